@@ -13,9 +13,6 @@ traceback, or a repository is not fetched.
 
 from __future__ import annotations
 
-import argparse
-import csv
-import os
 import re
 import signal
 import subprocess
@@ -23,18 +20,18 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 from public_repositories import (
     ENVIRONMENT,
     INTERRUPTED,
     NotFetched,
-    Source,
+    PublicFile,
+    chosen_by_user,
     fetch,
-    read_sources,
+    measure_all,
+    read_manifest,
     shortened,
     without_folder,
 )
@@ -50,21 +47,11 @@ PERIOD = 0.2
 """Seconds between two checks of the output."""
 
 
-class Launch(NamedTuple):
-    """A row of the manifest."""
-
-    name: str
-    source: Source
-    file: str
-    arguments: list[str]
-    packages: list[Source]
-
-
 @dataclass
 class Result:
     """What KBot reports on one launch file."""
 
-    launch: Launch
+    launch: PublicFile
     runs: bool = False
     warnings: int = 0
     reason: str = ""
@@ -74,41 +61,13 @@ class Result:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--from", dest="folder", type=lambda path: Path(path).resolve(), metavar="FOLDER")
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    options = parser.parse_args()
-    launches = read_manifest()
-    if unknown := sorted(set(options.names) - {launch.name for launch in launches}):
-        parser.error(f"unknown launch file {', '.join(unknown)}")
-    chosen = [launch for launch in launches if not options.names or launch.name in options.names]
-    pool = ThreadPoolExecutor(os.cpu_count())
-    try:
-        results = list(pool.map(lambda launch: _measure(launch, options.folder), chosen))
-    except KeyboardInterrupt:
-        INTERRUPTED.set()
-        pool.shutdown(cancel_futures=True)
-        return 130
+    launches, folder = chosen_by_user(__doc__, [file for file, _ in read_manifest(MANIFEST)])
+    results = measure_all(lambda launch: _measure(launch, folder), launches)
     print("\n".join(_table(results)))
     return int(any(result.failures for result in results))
 
 
-def read_manifest() -> list[Launch]:
-    with MANIFEST.open(newline="") as file:
-        rows = list(csv.DictReader(file, delimiter="\t"))
-    return [
-        Launch(
-            row["name"],
-            Source(row["repository"], row["commit"]),
-            row["file"],
-            row["arguments"].split(),
-            read_sources(row["packages"]),
-        )
-        for row in rows
-    ]
-
-
-def _measure(launch: Launch, folder: Path | None) -> Result:
+def _measure(launch: PublicFile, folder: Path | None) -> Result:
     result = Result(launch)
     with tempfile.TemporaryDirectory() as name:
         scratch = Path(name)

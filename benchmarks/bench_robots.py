@@ -20,27 +20,24 @@ machine without network.
 
 from __future__ import annotations
 
-import argparse
-import csv
 import itertools
 import json
-import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from public_repositories import (
     ENVIRONMENT,
-    INTERRUPTED,
     NotFetched,
-    Source,
+    PublicFile,
+    chosen_by_user,
     fetch,
-    read_sources,
+    measure_all,
+    read_manifest,
     run,
     shortened,
     without_folder,
@@ -58,14 +55,10 @@ LIMIT = 180.0
 """Seconds after which a command is stopped."""
 
 
-class Robot(NamedTuple):
+@dataclass(frozen=True)
+class Robot(PublicFile):
     """A row of the manifest."""
 
-    name: str
-    source: Source
-    file: str
-    arguments: list[str]
-    packages: list[Source]
     drive: str
     incomplete: str
     """Why the description is not complete, or empty."""
@@ -150,45 +143,22 @@ class Finished(NamedTuple):
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--from", dest="folder", type=lambda path: Path(path).resolve(), metavar="FOLDER")
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    options = parser.parse_args()
-    robots = read_manifest()
-    if unknown := sorted(set(options.names) - {robot.name for robot in robots}):
-        parser.error(f"unknown robot {', '.join(unknown)}")
-    chosen = [robot for robot in robots if not options.names or robot.name in options.names]
+    robots, folder = chosen_by_user(__doc__, read_robots())
     # the robots of one repository share a checkout, which is removed after them
-    jobs = [list(group) for _, group in itertools.groupby(chosen, key=lambda robot: robot.source)]
-    pool = ThreadPoolExecutor(os.cpu_count())
-    try:
-        results = list(itertools.chain(*pool.map(lambda job: measure_all(job, options.folder), jobs)))
-    except KeyboardInterrupt:
-        INTERRUPTED.set()
-        pool.shutdown(cancel_futures=True)
-        return 130
+    jobs = [list(group) for _, group in itertools.groupby(robots, key=lambda robot: robot.source)]
+    results = list(itertools.chain(*measure_all(lambda job: _measure_together(job, folder), jobs)))
     print("\n".join((*_table(results), "", *_summary(results))))
     return int(any(result.failures for result in results))
 
 
-def read_manifest() -> list[Robot]:
-    with MANIFEST.open(newline="") as file:
-        rows = list(csv.DictReader(file, delimiter="\t"))
+def read_robots() -> list[Robot]:
     return [
-        Robot(
-            row["name"],
-            Source(row["repository"], row["commit"]),
-            row["file"],
-            row["arguments"].split(),
-            read_sources(row["packages"]),
-            row["drive"],
-            row["incomplete"],
-        )
-        for row in rows
+        Robot(**vars(file), drive=row["drive"], incomplete=row["incomplete"])
+        for file, row in read_manifest(MANIFEST)
     ]
 
 
-def measure_all(robots: list[Robot], folder: Path | None) -> list[Result]:
+def _measure_together(robots: list[Robot], folder: Path | None) -> list[Result]:
     """Measure robots of one repository."""
     with tempfile.TemporaryDirectory() as scratch:
         return [_measure(robot, Path(scratch), folder) for robot in robots]

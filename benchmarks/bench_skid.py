@@ -16,7 +16,6 @@ wheels carry arbitrary shares of its load in DART. In KBot they carry those of e
 
 from __future__ import annotations
 
-import argparse
 import math
 import tempfile
 import xml.etree.ElementTree as ET
@@ -28,8 +27,9 @@ from typing import Any
 import dartpy as dart
 import mujoco
 import numpy as np
-from bench_robots import Robot, fetch, read_manifest
+from bench_robots import Robot, read_robots
 from numpy.typing import NDArray
+from public_repositories import chosen_by_user, fetch
 
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.frames import FrameTree
@@ -51,22 +51,18 @@ Speeds = list[dict[str, float]]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--from", dest="folder", type=Path, metavar="FOLDER")
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    options = parser.parse_args()
+    robots, folder = chosen_by_user(__doc__, [robot for robot in read_robots() if robot.drive == "skid"])
     print("| robot | multiplier | KBot | Coulomb | DART, Coulomb | DART, boxed, 0° | DART, boxed, 45° |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     differ = []
-    for entry in read_manifest():
-        if entry.drive == "skid" and (not options.names or entry.name in options.names):
-            with tempfile.TemporaryDirectory() as scratch:
-                shares = list(_shares(_load(entry, Path(scratch), options.folder)))
-            cells = " | ".join("" if share is None else f"{share:.2f}" for share in shares)
-            print(f"| {entry.name} | {cells} |", flush=True)
-            own, law = shares[1], shares[2]
-            if own is None or law is None or abs(own - law) > ALLOWED * abs(law):
-                differ.append(entry.name)
+    for robot in robots:
+        with tempfile.TemporaryDirectory() as scratch:
+            shares = list(_shares(_load(robot, Path(scratch), folder)))
+        cells = " | ".join("" if share is None else f"{share:.2f}" for share in shares)
+        print(f"| {robot.name} | {cells} |", flush=True)
+        own, law = shares[1], shares[2]
+        if own is None or law is None or abs(own - law) > ALLOWED * abs(law):
+            differ.append(robot.name)
     print(f"\nKBot and Coulomb's law differ by more than {ALLOWED:.0%}: {', '.join(differ) or 'none'}.")
 
 

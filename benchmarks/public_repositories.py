@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import argparse
+import csv
 import os
 import re
 import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
 
 ENVIRONMENT = {
     **os.environ,
@@ -35,13 +43,53 @@ class Source(NamedTuple):
         return f"{self.repository.replace('/', '+')}+{self.commit[:8]}/{self.repository.split('/')[1]}"
 
 
+@dataclass(frozen=True)
+class PublicFile:
+    """A row of a manifest: a file of a repository, its arguments, and the repositories that it needs."""
+
+    name: str
+    source: Source
+    file: str
+    arguments: Sequence[str]
+    packages: Sequence[Source]
+
+
+Row = TypeVar("Row", bound=PublicFile)
+
+
 class NotFetched(Exception):
     """A repository is not fetched. The message is the reason."""
 
 
-def read_sources(words: str) -> list[Source]:
-    """The repositories in a column of a manifest: `OWNER/NAME@COMMIT …`."""
-    return [Source(*word.split("@")) for word in words.split()]
+def read_manifest(manifest: Path) -> Iterator[tuple[PublicFile, dict[str, str]]]:
+    """The rows of a manifest, and all their columns. `packages` are `OWNER/NAME@COMMIT …`."""
+    with manifest.open(newline="") as file:
+        for row in csv.DictReader(file, delimiter="\t"):
+            source = Source(row["repository"], row["commit"])
+            packages = [Source(*word.split("@")) for word in row["packages"].split()]
+            yield PublicFile(row["name"], source, row["file"], row["arguments"].split(), packages), row
+
+
+def chosen_by_user(description: str | None, rows: Sequence[Row]) -> tuple[list[Row], Path | None]:
+    """The rows whose names are in the command line, or all, and the folder of `--from`."""
+    parser = argparse.ArgumentParser(description=(description or "").partition("\n")[0])
+    parser.add_argument("--from", dest="folder", type=lambda path: Path(path).resolve(), metavar="FOLDER")
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    options = parser.parse_args()
+    if unknown := sorted(set(options.names) - {row.name for row in rows}):
+        parser.error(f"unknown name {', '.join(unknown)}")
+    return [row for row in rows if not options.names or row.name in options.names], options.folder
+
+
+def measure_all(measure: Callable[[Job], Result], jobs: Iterable[Job]) -> list[Result]:
+    """The results of the jobs, as many at once as there are processors. Ends the process after Ctrl-C."""
+    pool = ThreadPoolExecutor(os.cpu_count())
+    try:
+        return list(pool.map(measure, jobs))
+    except KeyboardInterrupt:
+        INTERRUPTED.set()
+        pool.shutdown(cancel_futures=True)
+        sys.exit(130)
 
 
 def fetch(source: Source, scratch: Path, folder: Path | None) -> None:
