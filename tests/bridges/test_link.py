@@ -200,7 +200,10 @@ def test_slow_calls_do_not_stop_the_simulation() -> None:
     """A peer can call a slow service many times: the server answers pages and Ctrl-C between the calls."""
     sim, link, _ = linked()
     answered = threading.Event()
-    slow: Answer = lambda simulation, request: answered.wait(2 * BUSY_SECONDS)  # noqa: E731
+
+    def slow(simulation: Simulation, request: object) -> None:
+        answered.wait(2 * BUSY_SECONDS)
+
     link.offer({"/slow": Service("/slow", service_type("std_srvs/Empty"), slow)})
     calls = [link.call("/slow", None) for _ in range(3)]
     for count in (1, 2, 3):

@@ -133,6 +133,18 @@ def after(x: float, y: float, yaw: float, seconds: float) -> PlanarPose:
     return PlanarPose(x * ahead - y * aside, x * aside + y * ahead, turned)
 
 
+def drive_as_commanded(sim: Simulation, twist: tuple[float, float, float]) -> None:
+    """Drive for 6 s, and assert that the base moves along the commanded arc after the first second."""
+    x, y, yaw = twist
+    sim.cmd_vel(x, yaw, lateral=y)
+    sim.run(1.0)
+    start = sim.ground_truth.pose
+    sim.run(5.0)
+    moved, expected = start.inverse() @ sim.ground_truth.pose, after(x, y, yaw, 5.0)
+    assert (moved.x, moved.y) == pytest.approx((expected.x, expected.y), abs=0.003)
+    assert moved.yaw == pytest.approx(expected.yaw, abs=0.005)
+
+
 @pytest.mark.parametrize(
     ("contacts", "twist"),
     [
@@ -144,15 +156,8 @@ def after(x: float, y: float, yaw: float, seconds: float) -> PlanarPose:
     ],
 )
 def test_the_base_moves_as_commanded_in_every_direction(description, contacts, twist):
-    x, y, yaw = twist
     sim = simulate(description, contacts=contacts)
-    sim.cmd_vel(x, yaw, lateral=y)
-    sim.run(1.0)
-    start = sim.ground_truth.pose
-    sim.run(5.0)
-    moved, expected = start.inverse() @ sim.ground_truth.pose, after(x, y, yaw, 5.0)
-    assert (moved.x, moved.y) == pytest.approx((expected.x, expected.y), abs=0.003)
-    assert moved.yaw == pytest.approx(expected.yaw, abs=0.005)
+    drive_as_commanded(sim, twist)
     truth, odometry = sim.ground_truth, sim.odometry
     assert hypot(truth.pose.x - odometry.pose.x, truth.pose.y - odometry.pose.y) < 0.003
     assert truth.pose.yaw == pytest.approx(odometry.pose.yaw, abs=0.005)
@@ -738,15 +743,8 @@ OMNI_ROLLERS = on_rollers(OMNI_PLACES, dict.fromkeys(OMNI_PLACES, 0.0))
 @pytest.mark.parametrize("text", [MECANUM_ROLLERS, OMNI_ROLLERS], ids=["mecanum", "omni"])
 @pytest.mark.parametrize("twist", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.2, -0.1, 0.5)])
 def test_a_base_on_rollers_drives_sideways_without_a_plugin(text, twist):
-    x, y, yaw = twist
     sim = simulate(text)
-    sim.cmd_vel(x, yaw, lateral=y)
-    sim.run(1.0)
-    start = sim.ground_truth.pose
-    sim.run(5.0)
-    moved, expected = start.inverse() @ sim.ground_truth.pose, after(x, y, yaw, 5.0)
-    assert (moved.x, moved.y) == pytest.approx((expected.x, expected.y), abs=0.003)
-    assert moved.yaw == pytest.approx(expected.yaw, abs=0.005)
+    drive_as_commanded(sim, twist)
     assert sim.findings == ()
 
 

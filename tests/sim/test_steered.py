@@ -95,6 +95,21 @@ def test_driven_and_steered_wheels_are_found(urdf, text, traction, steering):
     assert drive.casters == ()
 
 
+def assert_odometry_is_true(sim: Simulation, within: float = 0.015) -> None:
+    truth, odometry = sim.ground_truth.pose, sim.odometry.pose
+    assert (odometry.x, odometry.y, odometry.yaw) == pytest.approx((truth.x, truth.y, truth.yaw), abs=within)
+
+
+def drive_a_curve(sim: Simulation, speed: float, turn: float) -> None:
+    """Drive for 6 s, and assert that the base moves as commanded after the first 2 s."""
+    sim.cmd_vel(speed, turn)
+    sim.run(2.0)
+    before = sim.ground_truth.pose.yaw
+    sim.run(4.0)
+    assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
+    assert sim.ground_truth.twist.x == pytest.approx(speed, rel=0.01)
+
+
 @pytest.mark.parametrize("name", list(BASES))
 def test_steered_base_drives_straight(urdf, name):
     sim = Simulation(urdf(BASES[name]))
@@ -102,10 +117,10 @@ def test_steered_base_drives_straight(urdf, name):
     sim.run(4.5)
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
-    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
+    truth, odometry = sim.ground_truth.pose, sim.odometry.pose
     assert truth.x == pytest.approx(0.5 * 4.5, abs=0.01)
     assert (truth.y, truth.yaw) == pytest.approx((0.0, 0.0), abs=1e-3)
-    assert reckoned.x == pytest.approx(truth.x, abs=1e-3)
+    assert odometry.x == pytest.approx(truth.x, abs=1e-3)
 
 
 @pytest.mark.parametrize("name", list(BASES))
@@ -113,19 +128,12 @@ def test_steered_base_drives_straight(urdf, name):
 def test_wheels_of_a_steered_base_roll_about_one_point(urdf, name, speed, turn):
     """The base moves at v and turns at w. The steering angles are those of Ackermann, tan a = L / (R - y)."""
     sim = Simulation(urdf(BASES[name]))
-    sim.cmd_vel(speed, turn)
-    sim.run(2.0)
-    before = sim.ground_truth.pose.yaw
-    sim.run(4.0)
-    assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
-    assert sim.ground_truth.twist.x == pytest.approx(speed, rel=0.01)
+    drive_a_curve(sim, speed, turn)
     for module in sim.robots.first.drive.modules:
         if module.steering is not None:
             angle = sim.joint_positions[module.steering]
             assert tan(angle) == pytest.approx(BASE / (speed / turn - module.y), rel=0.02)
-    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
-    assert (reckoned.x, reckoned.y) == pytest.approx((truth.x, truth.y), abs=0.01)
-    assert reckoned.yaw == pytest.approx(truth.yaw, abs=0.01)
+    assert_odometry_is_true(sim, within=0.01)
 
 
 FOUR = "".join(
@@ -221,12 +229,7 @@ def test_four_steered_wheels_without_a_fixed_axle_are_found(urdf):
 def test_front_and_rear_wheels_steer_opposite_for_an_arc(urdf, speed, turn):
     """All axes meet at the middle of the curve, at R = v / w to the left: tan a = x / (R - y)."""
     sim = Simulation(urdf(ROVER))
-    sim.cmd_vel(speed, turn)
-    sim.run(2.0)
-    before = sim.ground_truth.pose.yaw
-    sim.run(4.0)
-    assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
-    assert sim.ground_truth.twist.x == pytest.approx(speed, rel=0.01)
+    drive_a_curve(sim, speed, turn)
     for module in sim.robots.first.drive.modules:
         angle = sim.joint_positions[module.steering]
         assert tan(angle) == pytest.approx(module.x / (speed / turn - module.y), rel=0.02)
@@ -362,11 +365,6 @@ def test_swerving_base_changes_its_direction_without_sliding(urdf):
         sim.cmd_vel(x, yaw, y)
         sim.run(2.0)
     assert_odometry_is_true(sim)
-
-
-def assert_odometry_is_true(sim: Simulation) -> None:
-    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
-    assert (reckoned.x, reckoned.y, reckoned.yaw) == pytest.approx((truth.x, truth.y, truth.yaw), abs=0.015)
 
 
 def test_topic_and_limits_of_a_cars_plugin_are_used(urdf):
@@ -561,10 +559,10 @@ def test_tricycle_with_a_wheel_at_90_degrees_turns_on_the_spot(urdf, name, end):
     sim = Simulation(urdf(BASES[name].replace('lower="-1.2" upper="1.2"', f'lower="-{end}" upper="{end}"')))
     sim.cmd_vel(0.0, 0.5)
     sim.run(4.0)
-    truth, reckoned = sim.ground_truth.pose, sim.odometry.pose
+    truth = sim.ground_truth.pose
     assert truth.yaw == pytest.approx(2.0, abs=0.06)
     assert (truth.x, truth.y) == pytest.approx((0.0, 0.0), abs=0.01)
-    assert (reckoned.x, reckoned.y, reckoned.yaw) == pytest.approx((truth.x, truth.y, truth.yaw), abs=0.01)
+    assert_odometry_is_true(sim, within=0.01)
 
 
 def test_steered_run_repeats_after_a_restore_and_a_reset(urdf):

@@ -43,4 +43,5 @@ def for_progress(stream: TextIO) -> TextIO:
     """The same terminal, for a progress line."""
     if not isinstance(stream, TerminalStream):
         return stream
+    # it is a TextIO by __getattr__, which the type checker does not see
     return TerminalStream(stream.unfiltered, is_progress=True)  # type: ignore[return-value]

@@ -574,6 +574,22 @@ def _holonomic(tree: FrameTree, declared: DeclaredDrive, kind: Holonomic) -> Hol
         flaw = next(iter(wheels.values())).flaw or "all wheels are in one place"
         return NoDrive(f"'{joints[0].name}' turns no wheel: {flaw}")
     radius = sum(radii) / len(radii)
+    by_wheel = dict(zip(wheels, directions, strict=True))
+    return _on_wheels(tree, base, kind, wheels, by_wheel, middle, radius, lever)
+
+
+def _on_wheels(
+    tree: FrameTree,
+    base: str,
+    kind: Holonomic,
+    wheels: Mapping[str, Wheel],
+    directions: Mapping[str, tuple[float, float, float]],
+    middle: Array,
+    radius: float,
+    lever: float,
+    treads: tuple[str, ...] = (),
+) -> HolonomicDrive:
+    """The holonomic drive of wheels around a `middle`, which they turn by a `lever` in m."""
     casters = casters_of(tree, base, float(middle[2]) - radius, radius, list(wheels.values()))
     return HolonomicDrive(
         left=(),
@@ -584,10 +600,11 @@ def _holonomic(tree: FrameTree, declared: DeclaredDrive, kind: Holonomic) -> Hol
         separation=2.0 * lever,
         base=base,
         axle_in_base=Transform.from_xyz_rpy(middle.tolist(), (0.0, 0.0, 0.0)),
-        casters=tuple(c.link for c in casters if c.touches and not c.is_off_ground),
+        casters=tuple(c.link for c in casters if c.touches and not c.is_off_ground and c.link not in treads),
         kind=kind,
-        directions=dict(zip(wheels, directions, strict=True)),
+        directions=directions,
         sideways=True,
+        treads=treads,
     )
 
 
@@ -623,22 +640,8 @@ def _on_rollers(tree: FrameTree) -> HolonomicDrive | None:
         return None  # all rollers are parallel, for example
     radius = float(np.mean([wheel.radius for wheel in wheels.values()]))
     treads = tuple(roller.child for joint in joints for roller in rollers[joint.name])
-    casters = casters_of(tree, base, float(middle[2]) - radius, radius, list(wheels.values()))
-    return HolonomicDrive(
-        left=(),
-        right=(),
-        forward=dict.fromkeys(wheels, 1.0),
-        wheels=wheels,
-        radius=radius,
-        separation=2.0 * lever,
-        base=base,
-        axle_in_base=Transform.from_xyz_rpy(middle.tolist(), (0.0, 0.0, 0.0)),
-        casters=tuple(c.link for c in casters if c.touches and not c.is_off_ground and c.link not in treads),
-        kind=Holonomic.ROLLER,
-        directions={name: (x, y, turn / lever) for name, (x, y, turn) in zip(wheels, rims, strict=True)},
-        sideways=True,
-        treads=treads,
-    )
+    directions = {name: (x, y, turn / lever) for name, (x, y, turn) in zip(wheels, rims, strict=True)}
+    return _on_wheels(tree, base, Holonomic.ROLLER, wheels, directions, middle, radius, lever, treads)
 
 
 def _cosine(tree: FrameTree, a: Joint, b: Joint) -> float:
