@@ -64,8 +64,20 @@ def simulated(path: Path) -> Simulation:
         ("  ros__", "\tros__", "W132", (2, 1), "it is indented with a tab"),
         ("[shoulder]", "[shoulder", "W132", (9, 1), "is not valid YAML"),
         ("TrajectoryController", "TrajectoryControler", "W143", (5, 7), "'follow' is not loaded"),
-        ("joint_state_broadcaster/J", "joint_state_broadcster/J", "W143", (3, 31), "there is no type"),
-        ("joint_trajectory_controller/", "", "W143", (5, 7), "there is no type 'JointTrajectoryController'"),
+        (
+            "joint_state_broadcaster/J",
+            "joint_state_broadcster/J",
+            "W143",
+            (3, 31),
+            "its type 'joint_state_broadcster/JointStateBroadcaster' does not exist",
+        ),
+        (
+            "joint_trajectory_controller/",
+            "",
+            "W143",
+            (5, 7),
+            "its type 'JointTrajectoryController' does not exist",
+        ),
         (
             "  ros__parameters",
             "  ros_parameters",

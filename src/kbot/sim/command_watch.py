@@ -70,7 +70,7 @@ class CommandWatch:
 
     @property
     def miss(self) -> Miss | None:
-        """The first one, or that of the current command."""
+        """That of the first command that was missed, including the current one."""
         if self._earlier is not None or self._since is None or self.wanted == STILL:
             return self._earlier
         seconds, (x, y, yaw) = self._time - self._since, self.wanted

@@ -393,7 +393,7 @@ class MotionWatch:
 
     @property
     def miss(self) -> Miss | None:
-        """A steady command of which the robot drives or turns more or less than it asks for, until now."""
+        """The first steady command that the robot does not follow, or None."""
         return self._command.miss
 
     @property

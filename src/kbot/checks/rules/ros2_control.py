@@ -123,7 +123,9 @@ def controller_type_unknown(context: Context) -> Found:
     """
     for file in context.controller_files:
         for name, kind, origin, meant in file.unknown_types():
-            yield Finding(origin, f"the controller '{name}' is not loaded: there is no type '{kind}'", meant)
+            yield Finding(
+                origin, f"the controller '{name}' is not loaded: its type '{kind}' does not exist", meant
+            )
 
 
 @rule("W144", "parameters-misnamed", Severity.ERROR, "robot", is_ros_only=True)

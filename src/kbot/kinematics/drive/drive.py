@@ -57,7 +57,7 @@ _PARALLEL = 0.99
 _MECANUM = ((1.0, -1.0, -1.0), (1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0))
 """The `directions` of mecanum wheels: front left, front right, rear left, rear right."""
 _FEWEST_ROLLERS = 4
-"""Joints that turn on a wheel and are not parallel to its axle, from which on they are its rollers."""
+"""The joints on a wheel that are not parallel to its axle are its rollers if there are this many."""
 _NOMINAL = 0.05
 """Radius in m of what carries a base without round wheels. It only scales the page's speed and tolerances."""
 

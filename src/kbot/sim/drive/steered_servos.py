@@ -20,7 +20,7 @@ _STANDING = 1e-9
 _ARRIVED = 1e-3
 """Distance in rad from its target at which a wheel has been steered."""
 _SPEEDING = 4.0
-"""How much faster than its torque limit allows a steering servo is sent, because it lags behind."""
+"""A steering servo lags behind, so its target accelerates this much faster than its torque limit allows."""
 
 
 class _Steering(NamedTuple):

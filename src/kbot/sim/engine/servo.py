@@ -20,7 +20,7 @@ from kbot.sim.recipe import SERVO_MARGIN, SERVO_STIFFNESS, SERVO_TIME, Contacts
 LEAST_GRIP = 0.05
 """Lowest coefficient of friction that a servo is sized for, so that a wheel on ice still turns."""
 STEERING_ACCELERATION = 100.0
-"""rad/s^2 with which the effort limit of a steering joint turns its motor at least: 90 degrees in 0.3 s."""
+"""Acceleration in rad/s^2 of a steering joint that its effort limit must allow: 90 degrees take 0.3 s."""
 
 
 def add_drive_servos(

@@ -164,7 +164,9 @@ class _Reader:
         elif kind is not None:
             yield from self._of_kind(kind, found)
         elif found.ros == 2 and (meant := unknown_type(found.kind)) is not None:
-            what = f"the controller '{found.controller}' is not loaded: there is no type '{found.kind}'"
+            what = (
+                f"the controller '{found.controller}' is not loaded: its type '{found.kind}' does not exist"
+            )
             self.findings.error("W143", what, found.place(), meant)
         elif is_handled_elsewhere(found.kind):
             self._of_others(found)
