@@ -371,7 +371,11 @@ class MotionFindings:
             or self._loose_suspension()
             or self._hanging_wheel()
             or self._slope()
-            or _Cause("the wheels slip", hint="check the load on the wheels and their friction")
+            or _Cause(
+                "the wheels slip",
+                self._robot.robot.origin,
+                "check the load on the wheels and their friction",
+            )
         )
 
     def _declared_factors(self) -> tuple[float, float]:
@@ -388,11 +392,17 @@ class MotionFindings:
         if seen.wheels_turn:
             found = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
             found = found or self._hanging_wheel()
-            return found or self._slope() or _Cause("the wheels turn and slip")
+            return found or self._slope() or _Cause("the wheels turn and slip", self._robot.robot.origin)
         if not self._has_motors:
-            return self._dragging_part() or self._slope() or _Cause("something holds it")
+            return (
+                self._dragging_part()
+                or self._slope()
+                or _Cause("something holds it", self._robot.robot.origin)
+            )
         found = self._resistance() or self._faults(_WEAK) or self._weak_motor() or self._slope()
-        return found or _Cause("its wheels do not turn", hint="check what blocks the wheels")
+        return found or _Cause(
+            "its wheels do not turn", self._robot.robot.origin, "check what blocks the wheels"
+        )
 
     @property
     def _has_motors(self) -> bool:
