@@ -27,12 +27,16 @@ REPEATS = 9
 STEP = 0.002
 
 
-def engine(robot: kbot.Robot) -> tuple[mujoco.MjModel, tuple[float, float]]:
-    """The same compiled model without KBot's code around it, and wheel speeds for an arc."""
+def engine(robot: kbot.Robot) -> tuple[mujoco.MjModel, list[float]]:
+    """The same compiled model without KBot's code around it, and its controls for an arc."""
     drive = find_drive(robot)
     plan = RobotPlan(robot.name, robot, drive, Contacts.RECIPE, kbot.Transform.identity(), others=False)
     model, _ = compile_model(load_world("empty"), [plan], STEP)
-    return model, drive.wheel_speeds(0.2, 0.5)
+    controls = [0.0] * model.nu
+    for names, speed in zip(drive.sides.values(), drive.wheel_speeds(0.2, 0.5), strict=True):
+        for name in names:
+            controls[model.actuator(f"{robot.name}/{name}").id] = speed * drive.forward[name]
+    return model, controls
 
 
 def weaving(index: int) -> tuple[float, float]:
@@ -63,13 +67,13 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0, help="simulated seconds per run")
     steps = round(parser.parse_args().seconds / STEP / 10) * 10
     robot = kbot.load("kbot")
-    model, speeds = engine(robot)
+    model, controls = engine(robot)
     sim = kbot.Simulation(robot)
     data = mujoco.MjData(model)
 
     def in_c() -> None:
         mujoco.mj_resetData(model, data)
-        data.ctrl[:] = speeds
+        data.ctrl[:] = controls
         mujoco.mj_step(model, data, nstep=steps)
 
     commands = recorded(sim, steps)

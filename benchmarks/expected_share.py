@@ -28,8 +28,10 @@ from typing import NamedTuple
 from kbot.kinematics.bodies import total_mass
 from kbot.kinematics.drive.declared import DeclaredDrive, Holonomic, declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive, find_drive
+from kbot.kinematics.drive.nearby import with_nearby_drive
 from kbot.model import RobotModel
 from kbot.model.load import load_robot
+from kbot.text import DiagnosticCollector
 from kbot.xacro import Packages
 
 SECONDS, SPEED, RATE = 5.0, 0.3, 0.5
@@ -62,6 +64,7 @@ class Limits(NamedTuple):
 
 def expected(robot: RobotModel) -> dict[str, object] | None:
     """The shares of a robot, or None if it does not drive or nothing is declared about its drive."""
+    robot = with_nearby_drive(robot, DiagnosticCollector())
     drive = find_drive(robot)
     if not isinstance(drive, DifferentialDrive):
         return None

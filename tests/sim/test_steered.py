@@ -308,6 +308,18 @@ def test_casters_with_motors_steer(urdf):
     assert not isinstance(find_drive(urdf(CASTERS)), SteeredDrive)
 
 
+def test_casters_beside_a_fixed_axle_swivel_although_all_joints_have_a_transmission(urdf):
+    """As those of AgileX's Tracer."""
+    axle = wheel("left", "base_link", 0.0, 0.25) + wheel("right", "base_link", 0.0, -0.25)
+    motors = MOTORS + "".join(
+        f'<transmission name="{side}"><joint name="{side}_joint"/></transmission>'
+        for side in ("left", "right")
+    )
+    drive = find_drive(urdf(CASTERS.replace("</robot>", f"{axle}{motors}</robot>")))
+    assert not isinstance(drive, SteeredDrive)
+    assert drive.joints == ("left_joint", "right_joint")
+
+
 def test_weak_steering_motors_do_not_overshoot(urdf):
     sim = Simulation(urdf(CASTERS.replace("</robot>", f"{MOTORS}</robot>")))
     sim.cmd_vel(0.0, 0.0, 0.3)

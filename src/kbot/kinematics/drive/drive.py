@@ -35,6 +35,7 @@ from kbot.kinematics.drive.wheels import (
     carrier,
     casters_of,
     find_wheel,
+    is_caster,
     largest,
     leftward,
     links_on_ground,
@@ -439,6 +440,10 @@ def _steered(
     commanded.update(name for c in controllers for name in c.steering)
     motors = joints_with_motors(robot)
     turning = [joint for joint in robot.joints.values() if joint.type is JointType.CONTINUOUS]
+    on_base = [joint for joint in turning if movable_above(robot, joint.parent) is None]
+    if isinstance(drive_of(robot, tree, on_base), DifferentialDrive):
+        # beside a fixed axle, casters stay casters, also if all wheels have a transmission
+        motors = {name for name in motors if name in robot.joints and not is_caster(robot.joints[name])}
     base = base_link(robot, robot.root)
     found, flaw = list[tuple[Wheel, Joint | None]](), ""
     for joint in dict.fromkeys([*turning, *traction]):
@@ -471,30 +476,30 @@ def _steered(
     if isinstance(axle, NoDrive):
         return NoDrive(f"{reason}, but {flaw or f'it has no fixed axle: {axle.reason}'}")
     # wheels beside the axle, such as support wheels, roll freely
-    on_base = {
+    mounted = {
         wheel.joint.name: (wheel, by)
         for wheel, by in found
         if by is not None or wheel.joint.name in axle.wheels
     }
-    modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in on_base.values())
+    modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in mounted.values())
     if not fixed and all(module.turns_everywhere for module in modules):
         # such wheels may point in any direction at position 0, and the base drives along its own axes
         middle = axle.axle_in_base.translation.tolist()
         axle = replace(axle, axle_in_base=Transform.from_xyz_rpy(middle, (0.0, 0.0, 0.0)))
-        modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in on_base.values())
+        modules = tuple(placed(tree, base, axle.axle_in_base, wheel, by) for wheel, by in mounted.values())
     ahead = [abs(module.x) for module in modules if module.steering is not None]
     if (min(ahead) if fixed else max(ahead)) < axle.radius:
         return NoDrive(f"{reason}, but {flaw or 'a steered wheel is beside the middle of the axle'}")
-    driven = tuple(dict.fromkeys(joint.name for joint in traction if joint.name in on_base))
+    driven = tuple(dict.fromkeys(joint.name for joint in traction if joint.name in mounted))
     own = {field.name: getattr(axle, field.name) for field in fields(DifferentialDrive)}
-    own["wheels"] = {name: wheel for name, (wheel, _) in on_base.items()}
+    own["wheels"] = {name: wheel for name, (wheel, _) in mounted.items()}
     own["forward"] = {module.rolls: module.forward for module in modules}
-    links = {wheel.link for wheel, _ in on_base.values()}
+    links = {wheel.link for wheel, _ in mounted.values()}
     own["casters"] = tuple(link for link in axle.casters if link not in links)
     if not driven:
         # a wheel whose joint has dry friction is geared: it would not roll freely
-        geared = (n for n in on_base if (d := robot.joints[n].dynamics) is not None and d.friction > 0.0)
-        rolling_joints = tuple(name for name, (wheel, by) in on_base.items() if wheel.joint is not by)
+        geared = (n for n in mounted if (d := robot.joints[n].dynamics) is not None and d.friction > 0.0)
+        rolling_joints = tuple(name for name, (wheel, by) in mounted.items() if wheel.joint is not by)
         driven = tuple(dict.fromkeys((*axle.joints, *geared))) if fixed else rolling_joints
     return SteeredDrive(**own, modules=modules, traction=driven, reason=reason)
 
