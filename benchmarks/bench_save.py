@@ -5,7 +5,8 @@
 Headless Chromium with software rendering shows a copy of the description. One size in it is changed on disk
 again and again, and the page reports when it has drawn the new description. The largest robot is the corpus
 entry (KBOT_SHARED, or `shared` beside the repository) with the most links. The corpus has no mesh files, so a
-box that changes is added to this robot. Without a corpus, this robot is left out.
+box that changes is added to this robot. Without a corpus, this robot is left out. The worst run is the first:
+it is saved 0.3 s after the page has opened, and waits until the process that reads files has started.
 """
 
 from __future__ import annotations
