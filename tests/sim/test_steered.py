@@ -342,19 +342,35 @@ def test_a_base_that_steers_its_wheels_first_is_explained(urdf):
     assert "its wheels first steer into this direction" in finding.message
 
 
-def test_two_wheels_beside_one_steering_axis_roll_around_it(urdf):
-    """They steer with it, and do not hold it by their friction."""
+def twin_casters() -> str:
+    """Casters with a wheel on each side of their steering axis, as those of PR2."""
     twins = ""
     for corner in CORNERS:
         twin = wheel(f"{corner}_twin", f"{corner}_fork", 0.0, 0.0).replace("_joint", "_caster_wheel")
         motor = f'<transmission name="{corner}_t"><joint name="{corner}_twin_caster_wheel"/></transmission>'
         twins += twin.replace('"0.0 0.0 0"', '"0 -0.04 0"') + motor
-    text = CASTERS.replace('"0.0 0.0 0"', '"0 0.04 0"').replace("</robot>", f"{MOTORS}{twins}</robot>")
-    sim = Simulation(urdf(text))
+    return CASTERS.replace('"0.0 0.0 0"', '"0 0.04 0"').replace("</robot>", f"{MOTORS}{twins}</robot>")
+
+
+def test_two_wheels_beside_one_steering_axis_roll_around_it(urdf):
+    """They steer with it, and do not hold it by their friction."""
+    sim = Simulation(urdf(twin_casters()))
     sim.cmd_vel(0.0, 0.0, 0.3)
     sim.run(1.5)
     assert sim.joint_positions["front_left_caster_rotation"] == pytest.approx(pi / 2, abs=0.02)
     assert sim.ground_truth.twist.y == pytest.approx(0.3, rel=0.02)
+
+
+def test_wheels_help_a_weak_steering_motor_until_the_caster_has_turned(urdf):
+    """A heavy base goes over from turning on the spot to a curve to the other side. A caster that is held up
+    on the way steers on when it can, and its wheels roll around its axis until then."""
+    heavy = twin_casters().replace('<mass value="10"/>', '<mass value="150"/>')
+    sim = Simulation(urdf(heavy))
+    sim.cmd_vel(0.0, 2.0)
+    sim.run(1.5)
+    sim.cmd_vel(0.3, -1.0)
+    sim.run(2.0)
+    assert sim.ground_truth.twist.yaw == pytest.approx(-1.0, rel=0.02)
 
 
 def test_wheels_that_all_swivel_on_one_joint_do_not_drive(urdf):

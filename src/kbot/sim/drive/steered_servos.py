@@ -89,6 +89,10 @@ class SteeredServos:
             after = before = 0.0
             if steering is not None:
                 before = module.direction + self._ctrl[steering.actuator] * module.upward
+                # A target further ahead adds no torque. So that of a blocked wheel waits, and its wheels
+                # keep rolling around the steering axis.
+                lead = steering.most / FREQUENCY**2 + 2.0 * abs(rate) / FREQUENCY
+                before = min(max(before, direction - lead), direction + lead)
                 target = module.steer(x, y, yaw, before)
                 fastest = min(module.rate, self._steering_speed(steering, target - before, rate))
                 step = fastest * self._period
