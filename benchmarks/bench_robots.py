@@ -11,8 +11,8 @@ drives as its own files state if both are within these shares of what `expected_
 declared sizes and limits, without a simulation: a robot whose controller declares a wheel radius that is
 10 % too large drives 9 % less, in its own simulator too.
 Skid-steered robots are counted separately: how far they turn depends on how their wheels slip. A description
-is incomplete if it needs a package that is not public. Exit status 1 if a command fails with a traceback, or
-a repository is not fetched.
+is incomplete if it needs a package that is not public, or if its repository lacks the mesh that gives the
+size of its wheels. Exit status 1 if a command fails with a traceback, or a repository is not fetched.
 
 `--from FOLDER` reads bare git folders named `OWNER+NAME` or `OWNER+NAME/repo` instead of GitHub, for a
 machine without network.
