@@ -1,0 +1,167 @@
+"""What a scenario expects of a run. Each expectation gives measures with bounds.
+
+In YAML, an expectation is written under its name: `reaches: {x: 2, y: 0, within: 0.05}`. A bound on a
+measure is written under the measure's name: `max_tilt: {max: 0.2}`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from kbot.text import KbotError
+from kbot.trials.measures import find_measure
+from kbot.trials.results import MeasureResult
+from kbot.trials.trace import Trace
+
+
+@runtime_checkable
+class Expectation(Protocol):
+    """What is expected of a run."""
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        """The measures of a run, with their bounds."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A measure is at least `min` and at most `max`, in its unit."""
+
+    measure: str
+    min: float | None = None
+    max: float | None = None
+
+    def __post_init__(self) -> None:
+        find_measure(self.measure)
+        if self.min is None and self.max is None:
+            raise KbotError(f"'{self.measure}' needs a bound: min, max, or both")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise KbotError(
+                f"the bounds of '{self.measure}' exclude every value: {self.min:g} > {self.max:g}"
+            )
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        measure = find_measure(self.measure)
+        detail = ", ".join(trace.touched) if self.measure == "contacts" else ""
+        value = measure.compute(trace)
+        return (MeasureResult(measure.name, value, measure.unit, self.min, self.max, detail),)
+
+
+@dataclass(frozen=True, slots=True)
+class Reaches:
+    """At the end, the robot is within `within` metres of x, y in the world.
+
+    With `yaw`, its heading is within `yaw_within` rad. With `before`, it gets there before that time in s,
+    and stays.
+    """
+
+    x: float
+    y: float
+    within: float
+    yaw: float | None = None
+    yaw_within: float = 0.1
+    before: float | None = None
+
+    def __post_init__(self) -> None:
+        _require_positive("within", self.within)
+        _require_positive("yaw_within", self.yaw_within)
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        apart = np.hypot(trace["x"] - self.x, trace["y"] - self.y)
+        found = [MeasureResult("distance_to_target", float(apart[-1]), "m", None, self.within)]
+        is_there = apart <= self.within
+        if self.yaw is not None:
+            off = np.abs(_wrapped(trace["yaw"] - self.yaw))
+            found.append(MeasureResult("heading_to_target", float(off[-1]), "rad", None, self.yaw_within))
+            is_there &= off <= self.yaw_within
+        if self.before is not None:
+            away = np.flatnonzero(~is_there)
+            last = int(away[-1]) if len(away) else -1
+            arrived = float(trace["time"][last + 1]) if last + 1 < len(trace) else math.nan
+            found.append(MeasureResult("arrival_time", arrived, "s", None, self.before))
+        return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class PassesThrough:
+    """At some time, the robot's base is within `within` metres of x, y in the world."""
+
+    x: float
+    y: float
+    within: float
+
+    def __post_init__(self) -> None:
+        _require_positive("within", self.within)
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        nearest = float(np.hypot(trace["x"] - self.x, trace["y"] - self.y).min())
+        name = f"distance_from_path({self.x:g},{self.y:g})"
+        return (MeasureResult(name, nearest, "m", None, self.within),)
+
+
+@dataclass(frozen=True, slots=True)
+class NeverTouches:
+    """The robot touches none of `objects`, or without names nothing but the ground."""
+
+    objects: tuple[str, ...] = ()
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        touched = [name for name in trace.touched if not self.objects or name in self.objects]
+        return (MeasureResult("contacts", float(len(touched)), "", None, 0.0, ", ".join(touched)),)
+
+
+@dataclass(frozen=True, slots=True)
+class StaysUpright:
+    """The angle between the base's z axis and the vertical is at most `max_tilt` rad."""
+
+    max_tilt: float = math.radians(30.0)
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        return Bound("max_tilt", max=self.max_tilt).results(trace)
+
+
+@dataclass(frozen=True, slots=True)
+class Settles:
+    """The robot rests at most `within` seconds after the scenario's last step began, until the end."""
+
+    within: float
+
+    def __post_init__(self) -> None:
+        _require_positive("within", self.within)
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        return Bound("settling_time", max=self.within).results(trace)
+
+
+@dataclass(frozen=True)
+class Check:
+    """A function of the trace that returns a number with bounds, for scenarios in Python."""
+
+    name: str
+    compute: Callable[[Trace], float]
+    min: float | None = None
+    max: float | None = None
+    unit: str = ""
+
+    def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
+        return (MeasureResult(self.name, float(self.compute(trace)), self.unit, self.min, self.max),)
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not value > 0.0:
+        raise KbotError(f"'{name}' must be above 0, not {value}")
+
+
+def _wrapped(
+    angles: np.ndarray[tuple[int], np.dtype[np.float64]],
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Angles in rad from -pi to pi."""
+    wrapped: np.ndarray[tuple[int], np.dtype[np.float64]] = (
+        np.remainder(angles + math.pi, 2.0 * math.pi) - math.pi
+    )
+    return wrapped

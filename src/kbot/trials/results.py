@@ -1,0 +1,124 @@
+"""The result of a trial, and the JSON of many."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from kbot.text import Diagnostic
+from kbot.trials.trace import Trace
+
+SCHEMA = 1
+"""Version of the JSON of `kbot try`."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeasureResult:
+    """The value of a measure, and the bounds that it must keep. A value that is NaN keeps none."""
+
+    name: str
+    value: float
+    unit: str
+    min: float | None = None
+    max: float | None = None
+    detail: str = ""
+    """More about the value, for the sentence about a failure, such as the objects that were touched."""
+
+    @property
+    def passed(self) -> bool:
+        if self.min is None and self.max is None:
+            return True
+        return (self.min is None or self.value >= self.min) and (self.max is None or self.value <= self.max)
+
+    @property
+    def failure(self) -> str:
+        """One sentence about a bound that is not kept."""
+        unit = f" {self.unit}" if self.unit else ""
+        detail = f" ({self.detail})" if self.detail else ""
+        if math.isnan(self.value):
+            return f"{self.name} has no value{detail}"
+        if self.max is not None and self.value > self.max:
+            return f"{self.name} is {self.value:.4g}{unit}, above {self.max:.4g}{unit}{detail}"
+        return f"{self.name} is {self.value:.4g}{unit}, below {self.min:.4g}{unit}{detail}"
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "name": self.name,
+            "value": _finite(self.value),
+            "unit": self.unit,
+            "min": _finite(self.min),
+            "max": _finite(self.max),
+            "passed": self.passed,
+        }
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """The result of one scenario with one seed.
+
+    error             why the scenario could not run, or ended early; empty if it ran
+    measures          what the scenario expects
+    all_values        the values of all measures, if they were requested
+    state_sha256      digest of the simulation's last state; empty if there is none
+    is_deterministic  False if a program that runs in real time took part
+    findings          what KBot found about the run, such as a robot that does not drive as commanded
+    recording         the file of the recording, if the run was recorded
+    wall              seconds of wall-clock time
+    """
+
+    name: str
+    seed: int
+    measures: tuple[MeasureResult, ...] = ()
+    error: str = ""
+    state_sha256: str = ""
+    findings: tuple[Diagnostic, ...] = ()
+    is_deterministic: bool = True
+    all_values: Mapping[str, float] = field(default_factory=dict)
+    trace: Trace | None = None
+    robot: str = ""
+    recording: str = ""
+    wall: float = 0.0
+
+    @property
+    def passed(self) -> bool:
+        return not self.error and all(measure.passed for measure in self.measures)
+
+    @property
+    def reason(self) -> str | None:
+        """Why it failed, in one line. None if it passed."""
+        if self.error:
+            return self.error
+        failures = [measure.failure for measure in self.measures if not measure.passed]
+        return "; ".join(failures) if failures else None
+
+    @property
+    def title(self) -> str:
+        """The name, with the robot's if several robots are tried, and the seed if it is not 0."""
+        seed = f", seed {self.seed}" if self.seed else ""
+        return f"{self.name}{seed}"
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "name": self.name,
+            "seed": self.seed,
+            "passed": self.passed,
+            "reason": self.reason,
+            "measures": [measure.to_json() for measure in self.measures],
+            "state_sha256": self.state_sha256,
+        }
+
+
+def to_json(results: Sequence[TrialResult]) -> dict[str, object]:
+    """The object that `kbot try --json` prints."""
+    passed = sum(result.passed for result in results)
+    return {
+        "schema": SCHEMA,
+        "passed": passed,
+        "failed": len(results) - passed,
+        "scenarios": [result.to_json() for result in results],
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

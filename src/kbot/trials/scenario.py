@@ -1,0 +1,127 @@
+"""A scenario: a robot, a world, what happens, and what is expected."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.sim.numbers import LONGEST, positive
+from kbot.text import KbotError
+from kbot.trials.actions import Action
+from kbot.trials.expectations import Expectation
+from kbot.trials.quantities import require_quantity
+
+MOST_SEEDS = 10_000
+"""Seeds of one scenario."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSource:
+    """A robot's file, or `kbot`, with the values of its xacro arguments and top-level properties.
+
+    `packages` are folders in which packages are searched first.
+    """
+
+    file: str
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    properties: Mapping[str, str] = field(default_factory=dict)
+    packages: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The bounds of a quantity in a condition."""
+
+    min: float = -math.inf
+    max: float = math.inf
+
+
+Condition = Mapping[str, Range]
+"""Bounds by quantity. It holds when all quantities are within their bounds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """An action and its time: `at` seconds, or as soon as the condition `when` holds after the previous step.
+
+    With both, the condition counts from `at` on.
+    """
+
+    action: Action
+    at: float = 0.0
+    when: Condition = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.at <= LONGEST:
+            raise KbotError(f"the time of a step must be from 0 to {LONGEST:g} s, not {self.at}")
+        _require_quantities(self.when)
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A controller in its own process.
+
+    file        a Python file or an executable
+    arguments   of its command line, such as `_speed:=0.2`
+    transport   how a `kbot.Node` connects: `local`, `ros1` or `ros2`
+    lockstep    whether time waits for it. Only a `kbot.Node` answers. Without it, the run keeps real time and
+                is not deterministic
+    time_limit  seconds of wall-clock time within which it answers
+    """
+
+    file: str
+    arguments: tuple[str, ...] = ()
+    transport: str = "local"
+    lockstep: bool = True
+    time_limit: float = 10.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What is tried.
+
+    name         of the scenario
+    duration     simulated seconds
+    steps        what happens
+    expect       what is expected
+    robot        None: it is given when the scenario is run
+    world        a built-in world, an SDF file or a map; `{seed}` is replaced by the seed
+    start        pose of the base in the world; None: the origin, or the nearest free place
+    seeds        the scenario runs once with each
+    until        ends the run before `duration`
+    programs     controllers that run as their own processes, in order
+    """
+
+    name: str
+    duration: float
+    steps: Sequence[Step] = ()
+    expect: Sequence[Expectation] = ()
+    robot: RobotSource | None = None
+    world: str = "empty"
+    start: PlanarPose | None = None
+    seeds: Sequence[int] = (0,)
+    until: Condition = field(default_factory=dict)
+    programs: Sequence[Program] = ()
+
+    def __post_init__(self) -> None:
+        positive("the duration in seconds", self.duration, LONGEST)
+        if not self.seeds or len(self.seeds) > MOST_SEEDS:
+            raise KbotError(f"a scenario needs 1 to {MOST_SEEDS} seeds, not {len(self.seeds)}")
+        late = [step for step in self.steps if step.at > self.duration]
+        if late:
+            raise KbotError(
+                f"a step at {late[0].at:g} s is after the end of the scenario at {self.duration:g} s"
+            )
+        _require_quantities(self.until)
+
+
+def _require_quantities(condition: Condition) -> None:
+    for name in condition:
+        require_quantity(name)
+
+
+def holds(condition: Condition, values: Mapping[str, float]) -> bool:
+    """Whether a condition holds. A value that is NaN is outside every range."""
+    return all(bounds.min <= values[name] <= bounds.max for name, bounds in condition.items())

@@ -1,0 +1,265 @@
+"""Samples the quantities of a run while it is simulated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.drive.drive import DifferentialDrive
+from kbot.sim import Simulation
+from kbot.sim.collisions import Collisions
+from kbot.sim.engine.geometry import own_geometries
+from kbot.sim.engine.world_builder import PREFIX, owner
+from kbot.trials.quantities import QUANTITIES
+
+RATE = 50.0
+"""Samples per second of simulated time: one per control period."""
+FAR = 10.0
+"""Distance in m from which clearance is not measured more exactly."""
+_CLEARANCE_EVERY = 5
+"""Samples between two measurements of the clearance. A robot at 1 m/s moves 0.1 m in between."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened in a run: a step of the scenario, a touch, or the end of a goal."""
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The quantities of a run over time.
+
+    columns         values by name of the quantity, (n,) each, in the units of `QUANTITIES`
+    joints          positions in rad or m by joint, (n,) each
+    support         vertical contact force in N by link, (n,) each
+    events          in order of time
+    touched         the names of the touched objects and robots, in order
+    joint_limits    lowest and highest position by joint; joints without limits are not included
+    last_command    time in s at which the last step of the scenario began
+    """
+
+    columns: Mapping[str, Array]
+    joints: Mapping[str, Array]
+    support: Mapping[str, Array]
+    events: tuple[Event, ...] = ()
+    touched: tuple[str, ...] = ()
+    joint_limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    last_command: float = 0.0
+
+    def __getitem__(self, quantity: str) -> Array:
+        return self.columns[quantity]
+
+    def __len__(self) -> int:
+        return len(self.columns["time"])
+
+
+class Sampler:
+    """Samples the first robot of a simulation. The owner calls `sample` at `RATE`."""
+
+    def __init__(self, simulation: Simulation, *, with_clearance: bool) -> None:
+        """`with_clearance`: measure the distance to objects, which takes more time than all the rest."""
+        self._simulation = simulation
+        self._robot = simulation.robots.first
+        drive = self._robot.drive
+        self._driving = drive.joints if isinstance(drive, DifferentialDrive) else ()
+        self._limits = {
+            joint.name: joint.range
+            for joint in self._robot.robot.movable_joints
+            if joint.has_position and math.isfinite(sum(joint.range)) and joint.limit is not None
+        }
+        self._collisions = Collisions(simulation.robots)
+        self._clearance = _Clearance(simulation) if with_clearance else None
+        self._start = simulation.ground_truth.pose
+        self._world_from_odom = self._start @ simulation.odometry.pose.inverse()
+        self._rows: list[tuple[float, ...]] = []
+        self._joints: list[tuple[float, ...]] = []
+        self._support: list[dict[str, float]] = []
+        self._distance = self._energy = 0.0
+        self._last = self._start
+        self._count = 0
+        self.goals_reached = 0
+        self.touched: list[str] = []
+        self.events: list[Event] = []
+        self.last_command = 0.0
+        self.sample()
+
+    @property
+    def now(self) -> Mapping[str, float]:
+        """The quantities at the last sample."""
+        return dict(zip(_COLUMNS, self._rows[-1], strict=True))
+
+    def sample(self) -> None:
+        """Add the current quantities to the trace."""
+        simulation, robot = self._simulation, self._robot
+        model, data = simulation.engine.current()
+        truth, odometry = robot.ground_truth, self._world_from_odom @ robot.odometry.pose
+        pose, twist = truth.pose, truth.twist
+        up = simulation.link_pose(robot.base)
+        roll, pitch, _ = up.rpy
+        tilt = math.acos(min(1.0, max(-1.0, float(up.rotation[2, 2]))))
+        since = self._start.inverse() @ pose
+        self._distance += math.hypot(pose.x - self._last.x, pose.y - self._last.y)
+        self._last = pose
+        effort = self._work()
+        self._look_at_contacts(model, data)
+        command = robot.commanded_twist
+        self._rows.append(
+            (
+                simulation.time,
+                pose.x,
+                pose.y,
+                float(up.translation[2]),
+                pose.yaw,
+                roll,
+                pitch,
+                tilt,
+                since.x,
+                since.y,
+                pose.yaw - self._start.yaw,
+                self._distance,
+                math.hypot(twist.x, twist.y),
+                twist.yaw,
+                odometry.x,
+                odometry.y,
+                odometry.yaw,
+                math.hypot(pose.x - odometry.x, pose.y - odometry.y),
+                command.x,
+                command.y,
+                command.yaw,
+                effort,
+                self._energy,
+                float(len(self.touched)),
+                self._clearance_now(),
+                float(self.goals_reached),
+            )
+        )
+        self._joints.append(tuple(robot.body.joint_positions.values()))
+        self._support.append(_support(model, data, robot.body.prefix))
+        self._count += 1
+
+    def trace(self) -> Trace:
+        table = np.array(self._rows, dtype=float)
+        positions = np.array(self._joints, dtype=float).reshape(len(self._rows), -1)
+        links = sorted({link for forces in self._support for link in forces})
+        return Trace(
+            {name: table[:, column] for column, name in enumerate(_COLUMNS)},
+            {name: positions[:, column] for column, name in enumerate(self._robot.body.joint_positions)},
+            {link: np.array([forces.get(link, 0.0) for forces in self._support]) for link in links},
+            tuple(self.events),
+            tuple(self.touched),
+            self._limits,
+            self.last_command,
+        )
+
+    def _work(self) -> float:
+        """Add the work since the last sample. Returns the largest effort of a driving joint."""
+        if not self._driving:
+            return 0.0
+        body = self._robot.body
+        efforts, speeds = body.joint_efforts, body.joint_velocities
+        power = sum(max(0.0, efforts[joint] * speeds[joint]) for joint in self._driving)
+        self._energy += power / RATE
+        return max(abs(efforts[joint]) for joint in self._driving)
+
+    def _look_at_contacts(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        name = self._collisions.touched(model, data)
+        if name and name not in self.touched:
+            self.touched.append(name)
+            self.events.append(Event(self._simulation.time, f"touches '{name}'"))
+
+    def _clearance_now(self) -> float:
+        if self._clearance is None:
+            return math.nan
+        if self._count % _CLEARANCE_EVERY == 0:
+            self._clearance.measure()
+        return self._clearance.distance
+
+
+_COLUMNS = tuple(QUANTITIES)
+
+
+def _support(model: mujoco.MjModel, data: mujoco.MjData, prefix: str) -> dict[str, float]:
+    """The vertical force in N with which the ground and objects carry each link."""
+    forces: dict[str, float] = {}
+    wrench = np.zeros(6)
+    for index in range(data.ncon):
+        contact = data.contact[index]
+        if contact.efc_address < 0:
+            continue
+        first, second = (model.body(model.geom_bodyid[geom]).name for geom in contact.geom)
+        if first.startswith(prefix) == second.startswith(prefix):
+            continue
+        mujoco.mj_contactForce(model, data, index, wrench)
+        # the normal points from the first geometry to the second
+        upward = float(
+            contact.frame[2] * wrench[0] + contact.frame[5] * wrench[1] + contact.frame[8] * wrench[2]
+        )
+        link, force = (second, upward) if second.startswith(prefix) else (first, -upward)
+        link = link.removeprefix(prefix)
+        forces[link] = forces.get(link, 0.0) + force
+    return forces
+
+
+class _Clearance:
+    """Measures the distance from the robot to the nearest object that is not ground."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._model: mujoco.MjModel | None = None
+        self._own: list[int] = []
+        self._others: list[int] = []
+        self.distance = FAR
+
+    def measure(self) -> None:
+        model, data = self._simulation.engine.current()
+        if model is not self._model:
+            self._bind(model)
+        self.distance = min(
+            (
+                mujoco.mj_geomDistance(model, data, own, other, FAR, None)
+                for own in self._own
+                for other in self._near(data, model)
+            ),
+            default=FAR,
+        )
+
+    def _bind(self, model: mujoco.MjModel) -> None:
+        self._model = model
+        first = self._simulation.robots.first
+        own = set(own_geometries(model, first.name))
+        ground = {
+            PREFIX + body.name
+            for body in self._simulation.world.bodies
+            if any(part.ground for part in body.parts)
+        }
+        solid = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0)).tolist()
+        endless = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+        self._own = [geom for geom in solid if geom in own]
+        self._others = [
+            geom
+            for geom in solid
+            if geom not in own and model.geom_type[geom] not in endless and owner(model, geom) not in ground
+        ]
+
+    def _near(self, data: mujoco.MjData, model: mujoco.MjModel) -> list[int]:
+        """The objects whose bounding sphere is the nearest few metres: the others cannot be the nearest."""
+        if not self._others or not self._own:
+            return []
+        centre = data.geom_xpos[self._own].mean(axis=0)
+        reach = float(
+            (np.linalg.norm(data.geom_xpos[self._own] - centre, axis=1) + model.geom_rbound[self._own]).max()
+        )
+        apart = np.linalg.norm(data.geom_xpos[self._others] - centre, axis=1)
+        lowest = apart - model.geom_rbound[self._others] - reach
+        highest = float((apart + model.geom_rbound[self._others]).min())
+        return [geom for geom, least in zip(self._others, lowest.tolist(), strict=True) if least <= highest]

@@ -1,0 +1,201 @@
+"""Runs one scenario with one seed. Equal inputs give equal results, bit for bit."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.model import RobotModel
+from kbot.model.load import load_robot, resolve_robot_path
+from kbot.navigation.goal_status import GoalState
+from kbot.navigation.goals import Goals
+from kbot.record.record_options import RecordOptions
+from kbot.record.run_outputs import RunOutputs
+from kbot.sensors.declared import mount_declared
+from kbot.sim import Simulation
+from kbot.sim.script import Script
+from kbot.text import DescriptionError, KbotError
+from kbot.text.errors import Stopped
+from kbot.trials.expectations import Bound
+from kbot.trials.measures import all_measures
+from kbot.trials.results import TrialResult
+from kbot.trials.scenario import RobotSource, Scenario, Step, holds
+from kbot.trials.trace import RATE, Event, Sampler
+from kbot.xacro import Packages
+from kbot.xacro.assignments import resolve_names
+
+ScriptSource = str | Callable[[Simulation], object]
+
+
+def load_source(source: RobotSource) -> RobotModel:
+    """The robot of a source. Raises DescriptionError: it has errors. Raises KbotError: it cannot be read."""
+    packages = Packages(source.packages)
+    path = resolve_robot_path(source.file)
+    given = resolve_names(path, source.arguments, packages, source.properties).require()
+    properties = {**given.properties, **source.properties}
+    return load_robot(source.file, given.arguments, properties, packages).require()
+
+
+def run_trial(
+    scenario: Scenario,
+    seed: int = 0,
+    robot: RobotModel | None = None,
+    *,
+    with_all_values: bool = False,
+    with_trace: bool = False,
+    record: str = "",
+) -> TrialResult:
+    """Run a scenario. What goes wrong is in the result's `error`.
+
+    `robot` replaces the scenario's own.
+    `with_all_values` computes all measures. `with_trace` keeps the trace.
+    `record` is a file to record the run to.
+    """
+    begun = time.perf_counter()
+    result = TrialResult(scenario.name, seed)
+    try:
+        robot = robot if robot is not None else load_source(_require_robot(scenario))
+        result = _run(scenario, seed, robot, record, with_all_values=with_all_values, with_trace=with_trace)
+    except KbotError as error:
+        result = replace(result, error=first_error(error))
+    return replace(result, wall=time.perf_counter() - begun)
+
+
+def first_error(error: KbotError) -> str:
+    """An error in one line, with file, line and column if it has them."""
+    if isinstance(error, DescriptionError):
+        errors = [found for found in error.diagnostics if found.is_error] or list(error.diagnostics)
+        more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
+        return f"{' '.join(str(errors[0]).split())}{more}"
+    return " ".join(str(error).split())
+
+
+def _require_robot(scenario: Scenario) -> RobotSource:
+    if scenario.robot is None:
+        raise KbotError(f"the scenario '{scenario.name}' names no robot")
+    return scenario.robot
+
+
+def _run(
+    scenario: Scenario, seed: int, robot: RobotModel, record: str, *, with_all_values: bool, with_trace: bool
+) -> TrialResult:
+    world = scenario.world.replace("{seed}", str(seed))
+    simulation = Simulation(robot, world, seed, start=scenario.start)
+    mount_declared(simulation, strict=False)
+    needs_clearance = with_all_values or "clearance" in _quantities(scenario)
+    stage = _Stage(simulation, scenario, Sampler(simulation, with_clearance=needs_clearance))
+    with ExitStack() as stack:
+        if record:
+            outputs = RunOutputs(lambda _: None, RecordOptions(record))
+            stack.callback(outputs.close)
+            outputs.join(simulation, "", world)
+        error = stage.run()
+        trace = stage.sampler.trace()
+        values: dict[str, float] = {}
+        if with_all_values:
+            values = {measure.name: measure.compute(trace) for measure in all_measures(trace)}
+        return TrialResult(
+            scenario.name,
+            seed,
+            tuple(result for each in scenario.expect for result in each.results(trace)),
+            error,
+            simulation.state_sha256(),
+            simulation.findings,
+            all_values=values,
+            trace=trace if with_trace else None,
+            robot=robot.name,
+            recording=record,
+        )
+
+
+def _quantities(scenario: Scenario) -> set[str]:
+    """The quantities that conditions and bounds use."""
+    names = {name for step in scenario.steps for name in step.when} | set(scenario.until)
+    return names | {each.measure for each in scenario.expect if isinstance(each, Bound)}
+
+
+class _Ended(Stopped):
+    """The scenario is over. It ends a script, which may still be running."""
+
+
+class _Stage:
+    """A running scenario: begins its steps, and samples the run."""
+
+    def __init__(self, simulation: Simulation, scenario: Scenario, sampler: Sampler) -> None:
+        self.simulation, self.sampler = simulation, sampler
+        self._scenario = scenario
+        self._waiting: list[Step] = list(scenario.steps)
+        self._scripts: list[ScriptSource] = []
+        self._goals: Goals | None = None
+        self._goal_reports = 0
+        self._failure: KbotError | None = None
+        self._timer = simulation.clock.every(RATE, self._tick)
+
+    def run(self) -> str:
+        """Run to the end. Returns why the run ended early, or an empty text."""
+        simulation = self.simulation
+        try:
+            self._begin_steps()
+            while True:
+                if self._scripts:
+                    self._run(self._scripts.pop(0))
+                else:
+                    simulation.run(1.0 / RATE)
+        except _Ended:
+            pass
+        except KbotError as error:  # a script that fails, or a simulation that diverges, too
+            return first_error(error)
+        finally:
+            self._timer.cancel()
+        return "" if self._failure is None else first_error(self._failure)
+
+    def go(self, goal: PlanarPose, timeout: float | None) -> None:
+        if self._goals is None:
+            self._goals = Goals(self.simulation)
+            self._goals.watch(self._look_at_goal)
+        self._goals.go(goal, timeout)
+
+    def run_script(self, script: ScriptSource) -> None:
+        self._scripts.append(script)
+
+    def _run(self, script: ScriptSource) -> None:
+        if isinstance(script, str):
+            Script(script).run(self.simulation, io.StringIO())
+        else:
+            script(self.simulation)
+
+    def _tick(self) -> None:
+        self.sampler.sample()
+        try:
+            self._begin_steps()
+        except KbotError as error:
+            self._failure = error
+            raise _Ended from error
+        scenario = self._scenario
+        is_over = self.simulation.time >= scenario.duration - 0.5 / RATE
+        if is_over or (scenario.until and not self._waiting and holds(scenario.until, self.sampler.now)):
+            raise _Ended
+
+    def _begin_steps(self) -> None:
+        """Begin the steps that are due. A step waits until the previous one has begun."""
+        while self._waiting:
+            step, now = self._waiting[0], self.simulation.time
+            if now < step.at - 0.5 / RATE or not holds(step.when, self.sampler.now):
+                return
+            del self._waiting[0]
+            self.sampler.events.append(Event(now, str(step.action)))
+            self.sampler.last_command = now
+            step.action.begin(self)
+
+    def _look_at_goal(self) -> None:
+        goals = self._goals
+        status = goals.status if goals is not None else None
+        if goals is None or status is None or not status.state.is_end or goals.count == self._goal_reports:
+            return
+        self._goal_reports = goals.count
+        self.sampler.events.append(Event(self.simulation.time, f"goal {status}"))
+        self.sampler.goals_reached += status.state is GoalState.REACHED
