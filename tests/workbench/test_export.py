@@ -129,6 +129,26 @@ def test_without_opengl_the_error_says_what_to_install(xacro: Path, monkeypatch:
         draw_picture(robot_alone(load_robot(str(xacro)).require()), Look(40, 30))
 
 
+@pytest.mark.parametrize("size", [(1, 1), (1, 30), (30, 1)])
+def test_a_picture_may_be_one_pixel_wide_or_high(xacro: Path, size: tuple[int, int]) -> None:
+    image = opened(draw_picture(robot_alone(load_robot(str(xacro)).require()), Look(*size)))
+    assert image.shape == (size[1], size[0], 3)
+
+
+@pytest.mark.parametrize("transparent", [False, True])
+def test_the_bands_of_a_picture_have_no_seams(
+    xacro: Path, transparent: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A picture that is mixed row by row has the same pixels as one that is mixed at once."""
+    things = robot_alone(load_robot(str(xacro)).require())
+    look = Look(80, 60, elevation=5.0, transparent=transparent)
+    pictures = []
+    for pixels in (1, 80 * 60):
+        monkeypatch.setattr("kbot.render.picture._BAND_PIXELS", pixels)
+        pictures.append(opened(draw_picture(things, look)))
+    assert (pictures[0] == pictures[1]).all()
+
+
 @pytest.mark.parametrize("size", [(0, 10), (10, 0), (10_000, 10)])
 def test_invalid_picture_sizes_are_refused(size: tuple[int, int]) -> None:
     with pytest.raises(KbotError, match="width and height must be 1 to 8192 pixels"):

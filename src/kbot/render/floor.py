@@ -11,50 +11,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.render.look import FIELD_OF_VIEW, Look
-from kbot.render.palette import AXIS_X, AXIS_Y, Palette
+from kbot.render.palette import AXIS_X, AXIS_Y, Colour, Palette
 from kbot.render.picture_scene import PictureScene
 
 Array = NDArray[np.float64]
 
 
-def draw_floor(things: PictureScene, look: Look, palette: Palette) -> tuple[Array, Array, Array]:
-    """Return colours (h, w, 3) and opacity (h, w) in 0..1, and the depth along the camera's axis (h, w) in m.
+class Floor:
+    """The floor of one picture, which is drawn in bands of rows."""
 
-    The depth is inf where there is no floor. The first row is the top of the picture.
-    """
-    away = look.distance(things.view_radius)
-    eye = things.centre + look.towards_eye * away
-    half = math.tan(FIELD_OF_VIEW / 2.0)
-    across = (np.arange(look.width) + 0.5) / look.width * 2.0 - 1.0
-    up = 1.0 - (np.arange(look.height) + 0.5) / look.height * 2.0
-    right, above, back = look.axes.T
-    rays = (
-        across[None, :, None] * half * look.aspect * right + up[:, None, None] * half * above - back
-    )  # their component along the axis is 1, so that `depth` below is the distance along it
-    with np.errstate(divide="ignore", invalid="ignore"):
-        depth = (things.ground - eye[2]) / rays[..., 2]
-    seen = (depth > 0.0) & np.isfinite(depth) & (eye[2] > things.ground)
-    depth = np.where(seen, depth, np.inf)
-    place = eye[:2] + rays[..., :2] * np.where(seen, depth, 0.0)[..., None]
-    reach = 4.0 * max(2.0 * away * half * 1.75, things.radius * 2.0)
-    off = np.linalg.norm(place - things.centre[:2], axis=-1) / reach
-    wide = np.abs(np.gradient(place, axis=0)) + np.abs(np.gradient(place, axis=1))
-    cell = 10.0 ** round(math.log10(things.radius * 0.8))  # `Ground.suit` of the page
-    colours = np.broadcast_to(palette.floor, (*place.shape[:2], 3))
-    colours = _mix(colours, palette.line, _ruled(place / cell, wide / cell))
-    colours = _mix(colours, palette.major_line, _ruled(place / (cell * 10.0), wide / (cell * 10.0)))
-    on_axis = np.clip(1.1 - np.abs(place) / np.maximum(wide, 1e-12), 0.0, 1.0) * 0.75
-    colours = _mix(colours, AXIS_X, on_axis[..., 1])
-    colours = _mix(colours, AXIS_Y, on_axis[..., 0])
-    near = np.linalg.norm(place - things.centre[:2], axis=-1) / things.radius
-    colours = colours * (1.0 - palette.shadow * (1.0 - _smooth(0.15, 1.0, near)))[..., None]
-    return colours, np.where(seen, 1.0 - _smooth(0.25, 1.0, off), 0.0), depth
+    def __init__(self, things: PictureScene, look: Look, palette: Palette) -> None:
+        self._things, self._palette = things, palette
+        away = look.distance(things.view_radius)
+        half = math.tan(FIELD_OF_VIEW / 2.0)
+        eye = things.centre + look.towards_eye * away
+        right, above, back = look.axes.T
+        up = 1.0 - (np.arange(look.height) + 0.5) / look.height * 2.0
+        rays = up * half * above[:, None] - back[:, None]
+        # The component of a ray along the camera's axis is 1, so that `depth` is the distance along it. The
+        # camera is not tilted sideways, so all rays of a row have the same depth.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            depth = (things.ground - eye[2]) / rays[2]
+        self._seen = (depth > 0.0) & np.isfinite(depth) & (eye[2] > things.ground)
+        self.depth = np.where(self._seen, depth, np.inf)
+        """The depth (h,) of each row along the camera's axis in m; inf where there is no floor."""
+        depth = np.where(self._seen, depth, 0.0)
+        # the places of a row are on a line: `middle` (2, h) plus `across` (w,) times `aside` (2, h)
+        self._across = (np.arange(look.width) + 0.5) / look.width * 2.0 - 1.0
+        self._middle = eye[:2, None] + rays[:2] * depth
+        self._aside = (half * look.aspect * right[:2])[:, None] * depth
+        self._pixel = 2.0 / look.width
+        self._reach = 4.0 * max(2.0 * away * half * 1.75, things.radius * 2.0)
+        self._cell = 10.0 ** round(math.log10(things.radius * 0.8))  # `Ground.suit` of the page
+
+    def draw(self, rows: slice) -> tuple[Array, Array]:
+        """Return colours (3, rows, w) and opacity (rows, w) in 0..1 of some rows. Row 0 is the top."""
+        place = self._on_lines(self._middle, self._aside, rows)
+        wide = np.abs(self._aside[:, rows, None]) * self._pixel + np.abs(
+            self._on_lines(_slopes(self._middle), _slopes(self._aside), rows)
+        )
+        colours = self._palette.floor[:, None, None]
+        for cell, line in ((self._cell, self._palette.line), (self._cell * 10.0, self._palette.major_line)):
+            colours = _mix(colours, line, _ruled(place / cell, wide / cell))
+        on_axis = np.clip(1.1 - np.abs(place) / np.maximum(wide, 1e-12), 0.0, 1.0) * 0.75
+        colours = _mix(colours, AXIS_X, on_axis[1])
+        colours = _mix(colours, AXIS_Y, on_axis[0])
+        off = np.hypot(*(place - self._things.centre[:2, None, None]))
+        near = _smooth(0.15, 1.0, off / self._things.radius)
+        colours = colours * (1.0 - self._palette.shadow * (1.0 - near))
+        opacity = 1.0 - _smooth(0.25, 1.0, off / self._reach)
+        return colours, np.where(self._seen[rows, None], opacity, 0.0)
+
+    def _on_lines(self, middle: Array, aside: Array, rows: slice) -> Array:
+        return middle[:, rows, None] + aside[:, rows, None] * self._across
+
+
+def _slopes(lines: Array) -> Array:
+    """Return the change of each row (2, h) from row to row."""
+    return np.gradient(lines, axis=1) if lines.shape[1] > 1 else np.zeros_like(lines)
 
 
 def _ruled(at: Array, wide: Array) -> Array:
-    near = np.abs((at - 0.5) % 1.0 - 0.5) / np.maximum(wide, 1e-12)
+    near = np.abs(at - np.rint(at)) / np.maximum(wide, 1e-12)
     faded: Array = np.clip(1.0 - near, 0.0, 1.0) * (1.0 - _smooth(0.25, 0.6, wide))
-    widest: Array = faded.max(axis=-1)
+    widest: Array = np.maximum(*faded)
     return widest
 
 
@@ -64,5 +84,5 @@ def _smooth(low: float, high: float, value: Array) -> Array:
     return smooth
 
 
-def _mix(below: Array, above: Array, how_much: Array) -> Array:
-    return below * (1.0 - how_much[..., None]) + above * how_much[..., None]
+def _mix(below: Array, above: Colour, how_much: Array) -> Array:
+    return below + (above[:, None, None] - below) * how_much
