@@ -115,6 +115,11 @@ def test_a_negative_index_is_an_error(tmp_path: Path) -> None:
         load(tmp_path, "ply", ply(POINTS, (0, 1, -1)))
 
 
+def test_a_collada_vertex_that_is_not_finite_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(KbotError, match="a vertex that is not finite"):
+        load(tmp_path, "dae", dae((float("inf"), *POINTS[1:]), (0, 1, 2)))
+
+
 @pytest.mark.parametrize("extension", [name for name in FORMATS if name not in ("obj", "dae")])
 @pytest.mark.parametrize("value", [NAN, float("inf"), 3e38])
 def test_a_vertex_beyond_the_limit_is_an_error(tmp_path: Path, extension: str, value: float) -> None:

@@ -6,6 +6,9 @@ import sys
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
 
 from kbot.model import Mesh
 from kbot.model.meshes import load_mesh
@@ -119,6 +122,31 @@ def test_a_file_that_changes_is_read_again(box, tmp_path):
     before = load_mesh(str(path)).vertices.max()
     box.export(str(path))
     assert load_mesh(str(path)).vertices.max() == pytest.approx(2 * before)
+
+
+def test_meshes_with_the_same_texture_share_its_picture(tmp_path):
+    """They are decoded once, which takes longer than reading the triangles."""
+    for name in ("a", "b"):
+        picture = Image.new("RGB", (16, 16), (255, 0, 0))
+        board = trimesh.Trimesh(
+            [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+            [[0, 1, 2]],
+            process=False,
+            visual=TextureVisuals(np.eye(3)[:, :2], PBRMaterial(baseColorTexture=picture)),
+        )
+        board.export(tmp_path / f"{name}.glb")
+    first, second = (load_mesh(str(tmp_path / f"{name}.glb")).parts[0] for name in ("a", "b"))
+    assert first.texture.image is second.texture.image
+    assert first.rgba == second.rgba == pytest.approx((1, 0, 0, 1))
+
+
+def test_the_corners_of_a_collada_file_are_joined_unless_their_normals_differ(tmp_path):
+    box = trimesh.creation.box((1, 2, 3))
+    box.export(tmp_path / "smooth.dae")
+    flat = trimesh.Trimesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3), process=False)
+    flat.export(tmp_path / "flat.dae")
+    assert len(load_mesh(str(tmp_path / "smooth.dae")).vertices) == 8
+    assert len(load_mesh(str(tmp_path / "flat.dae")).vertices) == 24
 
 
 def test_a_missing_texture_prints_no_traceback(tmp_path):

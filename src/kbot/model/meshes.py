@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.model._mesh_limits import MOST_CORNERS, MOST_TEXELS, MeshTooLarge, check_costs
+from kbot.model._vertices import distinct_vertices
 from kbot.text import KbotError
 from kbot.text.files import check_regular
 
@@ -79,7 +81,8 @@ class MeshData:
         """The enclosed volume in m^3, or None if the surface is not closed or encloses nothing."""
         import trimesh  # imported lazily: slow to import
 
-        mesh = trimesh.Trimesh(self.vertices, self.faces, process=True)
+        kept, group = distinct_vertices(self.vertices)
+        mesh = trimesh.Trimesh(self.vertices[kept], group[self.faces], process=False)
         volume = (
             abs(float(mesh.volume)) if mesh.is_watertight else 0.0
         )  # some programs write triangles inside out
@@ -171,7 +174,10 @@ def _load(path: str) -> MeshData:
     try:
         check_costs(path, extension)
         with np.errstate(all="ignore"):  # non-finite numbers are rejected below
-            scene = trimesh.load_scene(path, file_type=extension, process=False, resolver=PackageFiles(path))
+            content = _collada(path) if extension == "dae" else path
+            scene = trimesh.load_scene(
+                content, file_type=extension, process=False, resolver=PackageFiles(path)
+            )
             unit = _unit(scene) if extension == "dae" else 1.0
             parts = tuple(_parts(scene, unit))
     except ImportError:  # trimesh tries to import a library that guesses encodings
@@ -189,6 +195,26 @@ def _load(path: str) -> MeshData:
     for part in parts:
         _check(path, part)
     return MeshData(parts)
+
+
+def _collada(path: str) -> dict[str, Any]:
+    """The content of a COLLADA file, as arguments of trimesh. Equal corners of triangles are one vertex."""
+    from trimesh.exchange.dae import load_collada
+
+    from kbot.model._mesh_files import PackageFiles
+
+    with Path(path).open("rb") as file:
+        content: dict[str, Any] = load_collada(file, resolver=PackageFiles(path))
+    for mesh in content["geometry"].values():
+        visual, colors = mesh["visual"], mesh["vertex_colors"]
+        uv = None if visual is None else visual.uv
+        kept, group = distinct_vertices(mesh["vertices"], mesh["vertex_normals"], uv)
+        mesh["vertices"], mesh["faces"] = mesh["vertices"][kept], group[mesh["faces"]]
+        mesh["vertex_colors"] = None if colors is None else colors[kept]
+        mesh["vertex_normals"], mesh["process"] = None, False
+        if uv is not None:
+            visual.uv = uv[kept]
+    return content
 
 
 def _check(path: str, part: MeshPart) -> None:
@@ -231,14 +257,25 @@ def _parts(scene: trimesh.Scene, unit: float) -> Iterable[MeshPart]:
         triangles = np.asarray(faces, dtype=np.int64)
         if np.linalg.det(matrix[:3, :3]) < 0.0:
             triangles = triangles[:, ::-1]
-        texture = _texture(mesh, MOST_TEXELS - texels)
-        texels += texture.image.width * texture.image.height if texture is not None else 0
-        rgba = _color(mesh) if texture is None else _mean(texture.image)
+        rgba, texture = _color(mesh), None
+        if (picture := _picture(mesh, MOST_TEXELS - texels)) is not None:
+            texels += picture.image.width * picture.image.height
+            uv = np.asarray(mesh.visual.uv, dtype=np.float64)[:, :2]
+            rgba, texture = picture.mean, Texture(uv, picture.image, picture.format)
         yield MeshPart(vertices * unit, triangles, rgba, texture)
 
 
-def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimesh has no types
-    """The picture of the material and its position, if the file has both.
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    """A decoded picture, the format of its file, and its mean colour."""
+
+    image: Image
+    format: str | None
+    mean: tuple[float, float, float, float]
+
+
+def _picture(mesh: Any, texels: int) -> _Picture | None:  # noqa: ANN401 - trimesh has no types
+    """The picture of the material, if the file has it and its position on the mesh.
 
     None if it has more than `texels` pixels, which a file of a few bytes may declare.
     """
@@ -247,14 +284,26 @@ def _texture(mesh: Any, texels: int) -> Texture | None:  # noqa: ANN401 - trimes
     uv = getattr(mesh.visual, "uv", None)
     if image is None or uv is None or len(uv) != len(mesh.vertices) or image.width * image.height > texels:
         return None
-    places = np.asarray(uv, dtype=np.float64)[:, :2]
-    kind = image.format
-    if not np.isfinite(places).all() or kind in RUN_A_PROGRAM:
+    if not np.isfinite(uv[:, :2]).all() or image.format in RUN_A_PROGRAM:
         return None
+    file = getattr(image, "fp", None)  # of an image that is not decoded yet
+    return _decoded_file(file.getvalue()) if isinstance(file, BytesIO) else _decoded(image)
+
+
+@lru_cache(maxsize=8)
+def _decoded_file(content: bytes) -> _Picture:
+    """The picture of a file. The meshes of a robot often have the same one."""
+    from PIL import Image
+
+    return _decoded(Image.open(BytesIO(content)))
+
+
+def _decoded(image: Image) -> _Picture:
+    kind = image.format
     if max(image.size) > MOST_PIXELS:
         image.thumbnail((MOST_PIXELS, MOST_PIXELS))  # in place: a copy would double the memory
     image.load()
-    return Texture(places, image, kind)
+    return _Picture(image, kind, _mean(image))
 
 
 def _mean(image: Image) -> tuple[float, float, float, float]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from kbot.checks.facts.mesh_files import mesh_facts
+from kbot.checks.facts.mesh_files import mesh_facts, mesh_volume
 from kbot.kinematics.spatial import (
     IDENTITY,
     Matrix,
@@ -35,15 +35,29 @@ def link_tensor(inertial: Inertial) -> Matrix:
 class LinkShape:
     """One shape of a link, in the link's frame. A mesh is represented by its bounding box.
 
-    `half` are the half extents along the shape's own axes, m. `volume` (m^3) is None for a mesh that is not
-    closed, or too large to compute it.
+    `half` are the half extents along the shape's own axes, m.
     """
 
     geometry: Geometry
     frame: SpatialFrame
     half: Vector
-    volume: float | None
     origin: Origin
+
+    @property
+    def volume(self) -> float | None:
+        """The volume in m^3. None for a mesh that is not closed, or too large to compute it."""
+        match self.geometry:
+            case Box(size=(x, y, z)):
+                return x * y * z
+            case Cylinder(radius=r, length=length):
+                return math.pi * r * r * length
+            case Sphere(radius=r):
+                return 4.0 / 3.0 * math.pi * r * r * r
+            case Capsule(radius=r, length=length):
+                return math.pi * r * r * (length + 4.0 / 3.0 * r)
+            case Mesh(path=path, scale=(x, y, z)):
+                volume = mesh_volume(path) if path else None
+                return volume * abs(x * y * z) if volume else None
 
     def support(self, direction: Vector) -> float:
         """Extent of the shape from its centre along a unit direction of the link's frame, m."""
@@ -158,44 +172,40 @@ def solid(parts: Sequence[LinkShape]) -> Solid | None:
     """
     volume, moment, kept = 0.0, [0.0, 0.0, 0.0], []
     for part in parts:
-        if part.volume is None or not part.volume > 0.0:
+        own_volume = part.volume
+        if own_volume is None or not own_volume > 0.0:
             return None
-        volume += part.volume
-        kept.append(part)
+        volume += own_volume
+        kept.append((part, own_volume))
         for i in range(3):
-            moment[i] += part.volume * part.frame.translation[i]
+            moment[i] += own_volume * part.frame.translation[i]
     if not kept:
         return None
     center = (moment[0] / volume, moment[1] / volume, moment[2] / volume)
     tensor: Matrix = diagonal((0.0, 0.0, 0.0))
-    for part in kept:
-        share = (part.volume or 0.0) / volume
+    for part, own_volume in kept:
+        share = own_volume / volume
         own = scale_matrix(tensor_in(part.frame.rotation, diagonal(part.solid_diagonal())), share)
         tensor = add_matrix(tensor, own)
         tensor = add_matrix(tensor, steiner(share, subtract(part.frame.translation, center)))
-    return Solid(volume, center, tensor, tuple(kept))
+    return Solid(volume, center, tensor, tuple(parts))
 
 
 def _part(shape: Visual | Collision) -> LinkShape | None:
     """The shape in the link's frame. None for a mesh that cannot be read or a size that is not positive."""
     geometry, frame = shape.geometry, SpatialFrame.of(shape.pose)
-    origin = geometry.origin
     match geometry:
         case Box(size=size):
             half = (size[0] / 2.0, size[1] / 2.0, size[2] / 2.0)
-            volume = size[0] * size[1] * size[2]
         case Cylinder(radius=r, length=length):
             half = (r, r, length / 2.0)
-            volume = math.pi * r * r * length
         case Sphere(radius=r):
             half = (r, r, r)
-            volume = 4.0 / 3.0 * math.pi * r * r * r
         case Capsule(radius=r, length=length):
             half = (r, r, length / 2.0 + r)
-            volume = math.pi * r * r * (length + 4.0 / 3.0 * r)
         case Mesh():
             return _mesh_part(geometry, frame)
-    return LinkShape(geometry, frame, half, volume, origin) if min(half) > 0.0 else None
+    return LinkShape(geometry, frame, half, geometry.origin) if min(half) > 0.0 else None
 
 
 def _mesh_part(mesh: Mesh, frame: SpatialFrame) -> LinkShape | None:
@@ -205,9 +215,8 @@ def _mesh_part(mesh: Mesh, frame: SpatialFrame) -> LinkShape | None:
     ends = [sorted((low * s, high * s)) for low, high, s in zip(*facts.bounds, mesh.scale, strict=True)]
     x, y, z = ((low + high) / 2.0 for low, high in ends)
     a, b, c = ((high - low) / 2.0 for low, high in ends)
-    volume = facts.volume * abs(mesh.scale[0] * mesh.scale[1] * mesh.scale[2]) if facts.volume else None
     placed = SpatialFrame(frame.rotation, frame.point((x, y, z)))
-    return LinkShape(mesh, placed, (a, b, c), volume, mesh.origin)
+    return LinkShape(mesh, placed, (a, b, c), mesh.origin)
 
 
 def _capsule_moments(r: float, length: float) -> Vector:

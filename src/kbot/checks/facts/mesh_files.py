@@ -10,14 +10,16 @@ from kbot.kinematics.spatial import Vector
 from kbot.model.meshes import load_mesh
 from kbot.text import KbotError
 
+_MOST_TRIANGLES = 200_000
+"""The volume of a mesh with more triangles is not computed."""
+
 
 @dataclass(frozen=True, slots=True)
 class MeshFacts:
-    """Bounds in metres before scaling, number of triangles, and the volume if it is known."""
+    """Bounds in metres before scaling, and the number of triangles."""
 
     bounds: tuple[Vector, Vector]
     triangles: int
-    volume: float | None
 
 
 def mesh_facts(path: str) -> MeshFacts | None:
@@ -30,6 +32,13 @@ def unreadable(path: str) -> str:
     """The reason why a mesh file cannot be read. Empty if it can."""
     facts = _facts_of(path)
     return facts if isinstance(facts, str) else ""
+
+
+def mesh_volume(path: str) -> float | None:
+    """The volume in m^3 of a mesh file before scaling, if the file can be read and the volume is known."""
+    facts = mesh_facts(path)
+    is_small = facts is not None and facts.triangles <= _MOST_TRIANGLES
+    return load_mesh(path).volume if is_small else None
 
 
 def _facts_of(path: str) -> MeshFacts | str:
@@ -47,6 +56,4 @@ def _read(path: str, _modified: int, _size: int) -> MeshFacts | str:
     except KbotError as error:
         return str(error)
     low, high = (tuple(float(v) for v in m) for m in (mesh.vertices.min(0), mesh.vertices.max(0)))
-    triangles = len(mesh.faces)
-    volume = mesh.volume if triangles <= 200_000 else None
-    return MeshFacts(((low[0], low[1], low[2]), (high[0], high[1], high[2])), triangles, volume)
+    return MeshFacts(((low[0], low[1], low[2]), (high[0], high[1], high[2])), len(mesh.faces))
