@@ -580,6 +580,18 @@ def test_a_curve_that_the_steering_limits_do_not_allow_is_reported(urdf, linear)
     assert 'lower="-1.2"' in finding.origin.span.text
 
 
+def test_a_steering_limit_is_reported_beside_an_error_of_odometry(urdf, tmp_path):
+    """The controller computes with a wheelbase that is 20 % too large."""
+    parameters = ACKERMANN.replace("wheelbase: 0.5", "wheelbase: 0.6")
+    sim = Simulation(urdf(CAR[: CAR.index("<gazebo>")] + controlled(tmp_path, parameters)))
+    sim.cmd_vel(0.3, 3.0)
+    sim.run(5.0)
+    off, missed = sorted(sim.findings, key=lambda finding: finding.code)
+    assert (off.code, missed.code) == ("W301", "W307")
+    assert "commanded" not in off.message
+    assert "its steering limits allow no curve of less than" in missed.message
+
+
 @pytest.mark.parametrize("name", ["tricycle", "front driven"])
 @pytest.mark.parametrize("end", ["1.57", "1.8"])
 def test_tricycle_with_a_wheel_at_90_degrees_turns_on_the_spot(urdf, name, end):

@@ -84,13 +84,16 @@ _TIPS = ("D115", "D116", "D112", "G106")
 
 @dataclass(frozen=True, slots=True)
 class _Cause:
-    """Why something happened, and at which line. `is_fault`: whether the description is the reason."""
+    """Why something happened, and at which line. `is_fault`: whether the description is the reason.
+
+    `is_limit`: a limit of the drive, which explains a missed command, but no error of odometry."""
 
     text: str
     origin: Origin | None = None
     hint: str = ""
     is_fault: bool = True
     related: tuple[Related, ...] = ()
+    is_limit: bool = False
 
 
 class MotionFindings:
@@ -107,14 +110,15 @@ class MotionFindings:
     def find(self) -> tuple[Diagnostic, ...]:
         """What was observed since the last reset, and whether the robot is below the floor now."""
         found = [self._fall(), self._depth(), self._excess(), self._standstill(), self._weakness()]
-        found += [self._odometry(), self._sag()]
+        limited = self._miss() if self._is_limited and not any(found) else None
+        found += [self._odometry(limited is None), self._sag(), limited]
         if not any(found):
             found.append(self._miss())
         return tuple(finding for finding in found if finding is not None)
 
     # observations
 
-    def _odometry(self) -> Diagnostic | None:
+    def _odometry(self, explains_miss: bool) -> Diagnostic | None:
         seen, still = self._watch.odometry_error, self._watch.standstill
         if seen is None or self._follows_from_fall(seen.since):
             return None
@@ -125,7 +129,7 @@ class MotionFindings:
         driven = _joined(way, _in_degrees(seen.rotation, ".0f", " of turns")) or "no motion"
         what = f"odometry is {_percent(seen.share)} off: {off} after {driven}, first at {seen.since:.1f} s"
         missed = self._watch.miss
-        what += f"; the robot {_share_of(missed)}" if missed is not None else ""
+        what += f"; the robot {_share_of(missed)}" if missed is not None and explains_miss else ""
         cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
         return _finding("W301", what, cause)
 
@@ -169,9 +173,17 @@ class MotionFindings:
         if seen is None or self._watch.explanation.is_known or self._attached() or self._slope():
             return None
         what = f"the robot {_share_of(seen)} in {seen.seconds:.1f} s"
+        return _finding("W307", what, self._cause_of_miss(seen))
+
+    def _cause_of_miss(self, seen: Miss) -> _Cause:
         # each command may have another cause; looking for one takes longer than a period of the page
-        cause = self._first_cause(f"W307 {seen.is_turn} {seen.wanted}", lambda: self._why_missed(seen))
-        return _finding("W307", what, cause)
+        return self._first_cause(f"W307 {seen.is_turn} {seen.wanted}", lambda: self._why_missed(seen))
+
+    @property
+    def _is_limited(self) -> bool:
+        """Whether a limit of the drive explains why the robot missed its command."""
+        seen = self._watch.miss
+        return seen is not None and self._cause_of_miss(seen).is_limit
 
     def _sag(self) -> Diagnostic | None:
         """W306 of a joint that is held, but whose effort limit is below its load. Seen at this call."""
@@ -467,7 +479,7 @@ class MotionFindings:
         if wheels.fastest[axis] < abs(seen.wanted[axis]) * (1.0 - _SAME):
             excess = Excess(0.0, seen.wanted[axis], wheels.fastest[axis], seen.is_turn)
             text, origin = self._speed_limit_of(excess)
-            return _Cause(text, origin, "command a lower speed, or raise the limit")
+            return _Cause(text, origin, "command a lower speed, or raise the limit", is_limit=True)
         is_jerk = without_jerk < own / 2.0
         names = (_JERK_LIMITS if is_jerk else _ACCELERATION_LIMITS)[seen.is_turn]
         controller = drive_controller(declared_drives(robot))
@@ -476,7 +488,8 @@ class MotionFindings:
             return None
         kind = "jerk" if is_jerk else "acceleration"
         text = f"{controller.name} limits its {kind} with {given.name} = {given.text}"
-        return _Cause(text, given.origin, "command it for longer, or raise the limit", is_fault=False)
+        hint = "command it for longer, or raise the limit"
+        return _Cause(text, given.origin, hint, is_fault=False, is_limit=True)
 
     def _steering_limit(self, seen: Miss) -> _Cause | None:
         """The limit of the steering angles that allows only wider curves than the commanded one."""
@@ -498,7 +511,7 @@ class MotionFindings:
             joint = robot.joints[module.steering or module.rolls]
             origin = joint.origin if joint.limit is None else joint.limit.origin
         text = f"its steering limits allow no curve of less than {1.0 / sharpest:.3g} m radius"
-        return _Cause(text, origin, "command a wider curve, or raise the limit")
+        return _Cause(text, origin, "command a wider curve, or raise the limit", is_limit=True)
 
     def _slow_motor(self) -> _Cause | None:
         """A torque limit that the motors needed to start, or still need."""
