@@ -299,6 +299,16 @@ def test_a_controller_with_a_wrong_lever_is_reported(tmp_path, change, message):
     assert finding.origin.span.text == change[1].partition(": ")[2]
 
 
+@pytest.mark.parametrize("tag", ["wheel_separation", "wheelbase"])
+def test_the_distance_between_mecanum_wheels_that_is_wrong_is_underlined(tag):
+    right = {"wheel_separation": 2 * ASIDE, "wheelbase": 2 * AHEAD}[tag]
+    [finding] = lever_findings(body(FOUR, gz_mecanum().replace(f"<{tag}>{right}", f"<{tag}>0.9")))
+    assert finding.code == "D105"
+    assert finding.origin.span.text == "0.9"
+    before = finding.origin.span.source.data[: finding.origin.span.start]
+    assert before.endswith(f"<{tag}>".encode())
+
+
 def lever_findings(text: str) -> tuple[Diagnostic, ...]:
     robot = load_robot_text(text, "base.urdf").require()
     return findings_of_drive(robot, find_drive(robot))

@@ -185,13 +185,19 @@ class DeclaredDrive:
         half = self.first(*LEVERS)
         if half is not None and half.number is not None:
             return Size(2.0 * half.number, half)
+        sizes = self.spans
+        return Size(sizes[0].value + sizes[1].value, sizes[0].given) if sizes is not None else None
+
+    @property
+    def spans(self) -> tuple[Size, Size] | None:
+        """The distances between mecanum wheels along x and along y with which it computes."""
         both = self._factor("wheel_separation_multiplier")
         for names in SPANS:
             along, across = (self.first(name) for name in names)
             if along is None or across is None or along.number is None or across.number is None:
                 continue
             x, y = (self._factor(f"{name}_multiplier", both) for name in names)
-            return Size(along.number * x + across.number * y, along)
+            return Size(along.number * x, along), Size(across.number * y, across)
         return None
 
     @property

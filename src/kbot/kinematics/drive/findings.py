@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import degrees
 
+import numpy as np
+
 from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import (
     DIAMETER,
@@ -94,7 +96,7 @@ def drive_findings(
             middles = "the middles of the tracks"
             yield from _distance(controller, controller.separation, drive.separation, middles)
         elif isinstance(drive, HolonomicDrive) and drive.kind is controller.holonomic:
-            yield from _span(controller, drive.separation)
+            yield from _span(controller, drive)
         yield from _radius(controller, [wheel for wheel in wheels if wheel.radius])
 
 
@@ -318,9 +320,9 @@ def _distance(controller: DeclaredDrive, size: Size | None, true: float, what: s
     yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
 
 
-def _span(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
+def _span(controller: DeclaredDrive, drive: HolonomicDrive) -> Iterator[Diagnostic]:
     """D105 of mecanum and omni wheels."""
-    size = controller.span
+    size, true = controller.span, drive.separation
     if size is None or size.value <= 0.0 or not _differs(size.value, true):
         return
     is_omni = controller.holonomic is Holonomic.OMNI
@@ -335,7 +337,17 @@ def _span(controller: DeclaredDrive, true: float) -> Iterator[Diagnostic]:
         f"{(size.value / true - 1.0) * 100.0:+.0f} % off"
     )
     hint = "compute the sizes from the positions of the wheels' joints"
-    yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, hint)
+    spans = controller.spans
+    given = _most_wrong(spans, drive) if spans is not None and size.given is spans[0].given else size.given
+    yield Diagnostic("D105", Severity.WARNING, message, given.origin, hint)
+
+
+def _most_wrong(spans: tuple[Size, Size], drive: HolonomicDrive) -> Parameter:
+    """That of the distances between mecanum wheels along x and along y which differs most."""
+    centers = np.array([wheel.center[:2] for wheel in drive.wheels.values()])
+    true = 2.0 * np.abs(centers - centers.mean(axis=0)).mean(axis=0)
+    off = [abs(size.value - distance) for size, distance in zip(spans, true, strict=True)]
+    return spans[int(np.argmax(off))].given
 
 
 def _differs(given: float, true: float) -> bool:
