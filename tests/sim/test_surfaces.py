@@ -49,6 +49,21 @@ def test_friction_by_direction_is_reported(urdf):
     assert [(d.code, d.origin.span.line) for d in found] == [("W136", 2)]
 
 
+def test_friction_by_direction_is_one_finding_for_links_with_the_same_friction(urdf):
+    tags = "".join(
+        f'\n<gazebo reference="{link}"><mu1>{mu}</mu1><mu2>0.1</mu2></gazebo>'
+        for link, mu in (("ball_a", 1), ("ball_b", 1), ("ball_c", 0.5))
+    )
+    joints = "".join(
+        f'<link name="ball_{name}"/><joint name="{name}" type="fixed"><parent link="ball"/>'
+        f'<child link="ball_{name}"/></joint>'
+        for name in "abc"
+    )
+    found = Simulation(urdf(ball(joints + tags))).diagnostics
+    lines = [[d.origin.span.line, *(r.origin.span.line for r in d.related)] for d in found]
+    assert ([d.code for d in found], lines) == (["W136", "W136"], [[2, 3], [4]])
+
+
 def two_arms(more: str) -> str:
     """Two balls side by side on separate hinges, which would swing into each other."""
 

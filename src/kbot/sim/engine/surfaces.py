@@ -8,7 +8,7 @@ from math import hypot, inf, isfinite
 
 from kbot.model import RobotModel
 from kbot.sim.recipe import FRICTION
-from kbot.text import DiagnosticCollector, Element
+from kbot.text import Diagnostic, DiagnosticCollector, Element, Related
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
 
@@ -52,7 +52,10 @@ def link_surfaces(
             everywhere = _read(extension, everywhere, findings, whole=True)
         elif link in robot.links:
             before = surfaces.get(link, DEFAULT_SURFACE)
-            surfaces[link] = _read(extension, before, findings, is_directed=link in directed)
+            own = DiagnosticCollector()
+            surfaces[link] = _read(extension, before, own, is_directed=link in directed)
+            for finding in own.diagnostics:
+                _add(finding, findings.diagnostics)
         elif link not in robot.joints:
             findings.warning(
                 "W133",
@@ -63,6 +66,21 @@ def link_surfaces(
     if everywhere.self_collide:
         return {link: replace(surfaces.get(link, DEFAULT_SURFACE), self_collide=True) for link in robot.links}
     return surfaces
+
+
+def _add(finding: Diagnostic, findings: list[Diagnostic]) -> None:
+    """Add a finding. W136 of another link with the same friction becomes a place of the first one."""
+    for index, first in enumerate(findings if finding.code == "W136" else ()):
+        if first.code != finding.code or first.message != finding.message:
+            continue
+        places = [origin.span for origin in (first.origin, *(r.origin for r in first.related)) if origin]
+        if finding.origin is None or finding.origin.span == places[0]:
+            break  # another call of the same macro, which is merged where findings are printed
+        if finding.origin.span not in places:
+            related = (*first.related, Related("also here", finding.origin))
+            findings[index] = replace(first, related=related)
+        return
+    findings.append(finding)
 
 
 def _read(
