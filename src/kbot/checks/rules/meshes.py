@@ -32,7 +32,8 @@ def _meshes(context: Context) -> Iterator[tuple[Link, Visual | Collision, Mesh]]
 def mesh_missing(context: Context) -> Found:
     """A mesh file does not exist or cannot be read, or its package is not found.
 
-    Why: RViz shows the link white or not at all, Gazebo rejects the model, and the link has no contacts.
+    Why: RViz shows the link white or not at all, Gazebo rejects the model, and the link has no contacts. Verbs
+    that show or simulate the rest of the robot, such as `kbot sim`, report it as a warning.
 
     Example: `<mesh filename="package://my_robot/meshes/bsae.stl"/>`
 
@@ -89,7 +90,8 @@ def _expected(context: Context, uri: str) -> str:
 def mesh_case(context: Context) -> Found:
     """The name of a mesh differs from the existing file only by case.
 
-    Why: The mesh is found on Windows and macOS, but not on Linux, where the robot runs.
+    Why: The mesh is found on Windows and macOS, but not on Linux, where the robot runs. Verbs that show or
+    simulate the rest of the robot, such as `kbot sim`, report it as a warning.
 
     Example: `meshes/Base.STL`, but the file is `base.stl`.
 

@@ -26,7 +26,8 @@ def hardware_plugin_unknown(context: Context) -> Found:
     """A hardware plugin does not exist in its package.
 
     Why: pluginlib finds no such class, and the controller manager does not load the hardware. No controller
-    then finds the interfaces of its joints.
+    then finds the interfaces of its joints. `kbot sim` and `kbot launch` simulate the rest of the robot, and
+    report it as a warning.
 
     Example: `<plugin>gz_ros2_control/GazeboSimSystm</plugin>`
 
@@ -49,7 +50,8 @@ def interface_unknown(context: Context) -> Found:
     """The hardware of a joint does not have an interface of this name.
 
     Why: Gazebo's hardware offers the interfaces position, velocity and effort only. A controller that claims
-    `arm/position` is not loaded if the joint offers `arm/pos`.
+    `arm/position` is not loaded if the joint offers `arm/pos`. `kbot sim` and `kbot launch` simulate the rest
+    of the robot, and report it as a warning.
 
     Example: `<command_interface name="pos"/>`
 
