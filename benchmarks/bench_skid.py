@@ -12,11 +12,13 @@ with its exact solver for Coulomb's law, then with its default boxed LCP, as in 
 45 degrees. The boxed LCP limits the friction along two axes of the world independently, so its result depends
 on the heading. DART's Python package has no friction by direction. The wheels of a robot with four rigid
 wheels carry arbitrary shares of its load in DART. In KBot they carry those of equally soft wheels.
+Exit status 1 if KBot and Coulomb's law differ by more than 10 % for a robot.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -50,7 +52,7 @@ GRIPPING = 1000.0
 Speeds = list[dict[str, float]]
 
 
-def main() -> None:
+def main() -> int:
     robots, folder = chosen_by_user(__doc__, [robot for robot in read_robots() if robot.drive == "skid"])
     print("| robot | multiplier | KBot | Coulomb | DART, Coulomb | DART, boxed, 0° | DART, boxed, 45° |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
@@ -64,6 +66,7 @@ def main() -> None:
         if own is None or law is None or abs(own - law) > ALLOWED * abs(law):
             differ.append(robot.name)
     print(f"\nKBot and Coulomb's law differ by more than {ALLOWED:.0%}: {', '.join(differ) or 'none'}.")
+    return int(bool(differ))
 
 
 def _load(entry: Robot, scratch: Path, folder: Path | None) -> RobotModel:
@@ -237,4 +240,4 @@ def _wheels_only(drive: DifferentialDrive, robot: RobotModel) -> bytes:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
