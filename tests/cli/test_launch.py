@@ -49,6 +49,23 @@ def test_a_dry_run_lists_the_replacement_of_each_node(
     assert f"robot: {launch.parent / 'r.xacro'} width:=3" in out
 
 
+def test_a_dry_run_without_a_simulation_promises_no_controllers(
+    launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As husky_control's control.launch, which is also run on the real robot."""
+    spawner = '<node pkg="controller_manager" type="spawner" name="spawner" args="arm"/>'
+    arm = "<rosparam>arm: {type: position_controllers/JointPositionController, joint: a}</rosparam>"
+    launch.write_text(LAUNCH.replace("</launch>", f"{spawner}{arm}</launch>"))
+    assert run(["launch", str(launch), "--dry-run"]) == 0
+    assert "controller_manager/spawner                   not run: no node spawns a robot" in output(capsys)[0]
+    gazebo = (
+        '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -model r -param robot_description"/>'
+    )
+    launch.write_text(LAUNCH.replace("</launch>", f"{spawner}{arm}{gazebo}</launch>"))
+    run(["launch", str(launch), "--dry-run"])
+    assert "the controllers of KBot's simulation" in output(capsys)[0]
+
+
 def test_the_command_that_applies_fixes_is_printed_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

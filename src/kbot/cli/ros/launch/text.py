@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.ros.launch import Plan, PlannedNode
-from kbot.ros.launch.known_packages import role
+from kbot.ros.launch.known_packages import Role, role
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -19,15 +19,18 @@ from kbot.text.suggest import did_you_mean
 if TYPE_CHECKING:
     from kbot.ros.launch.staging import Stage
 
+_OF_SIMULATION = (Role.SIMULATOR, Role.CONTROLLER, Role.BRIDGE)
+"""What KBot runs only with a simulation."""
+
 
 def table(plan: Plan, stage: Stage) -> str:
     """A line for each node: its name, its program, what KBot does for it, and its line in the launch file."""
-    running = {program.node.full_name for program in stage.programs}
     rows = [
-        (n.full_name, f"{n.package}/{n.type}", _action(n, running), _place(str(n.origin))) for n in plan.nodes
+        (n.full_name, f"{n.package}/{n.type}", _action(n, stage), _place(str(n.origin))) for n in plan.nodes
     ]
+    simulator = _replacement(Role.SIMULATOR, stage)
     rows += [
-        (f"{i.namespace}gazebo", f"{i.package}/{i.name}", "KBot's simulation", _place(str(i.origin)))
+        (f"{i.namespace}gazebo", f"{i.package}/{i.name}", simulator, _place(str(i.origin)))
         for i in plan.included
     ]
     widths = [max((len(row[column]) for row in rows), default=0) for column in range(3)]
@@ -50,11 +53,19 @@ def _robot(robot: SpawnedRobot) -> str:
     return f"  robot: {robot.path}{given}" + (f"  in /{namespace}" if namespace else "")
 
 
-def _action(node: PlannedNode, running: Collection[str]) -> str:
+def _action(node: PlannedNode, stage: Stage) -> str:
     if node.is_test:
         return "a test, not run"
-    other = "run as a program" if node.full_name in running else "not run"
-    return role(node.package, node.type, node.args) or other
+    found = role(node.package, node.type, node.args)
+    if found is not None:
+        return _replacement(found, stage)
+    is_running = any(program.node.full_name == node.full_name for program in stage.programs)
+    return "run as a program" if is_running else "not run"
+
+
+def _replacement(found: Role, stage: Stage) -> str:
+    is_run = stage.is_simulated or found not in _OF_SIMULATION
+    return found if is_run else "not run: no node spawns a robot"
 
 
 def _place(origin: str) -> str:
