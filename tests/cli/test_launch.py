@@ -58,9 +58,8 @@ def test_a_dry_run_without_a_simulation_promises_no_controllers(
     launch.write_text(LAUNCH.replace("</launch>", f"{spawner}{arm}</launch>"))
     assert run(["launch", str(launch), "--dry-run"]) == 0
     assert "controller_manager/spawner                   not run: no node spawns a robot" in output(capsys)[0]
-    gazebo = (
-        '<node pkg="gazebo_ros" type="spawn_model" name="s" args="-urdf -model r -param robot_description"/>'
-    )
+    words = "-urdf -model r -param robot_description"
+    gazebo = f'<node pkg="gazebo_ros" type="spawn_model" name="s" args="{words}"/>'
     launch.write_text(LAUNCH.replace("</launch>", f"{spawner}{arm}{gazebo}</launch>"))
     run(["launch", str(launch), "--dry-run"])
     assert "the controllers of KBot's simulation" in output(capsys)[0]
@@ -224,6 +223,24 @@ def test_a_launch_file_without_a_robot_is_reported(launch: Path, capsys: pytest.
     launch.write_text("<launch/>")
     assert run(["launch", str(launch), "--no-browser"]) == 2
     assert "nothing to show" in output(capsys)[1]
+
+
+@pytest.mark.parametrize("verb", ["launch", "sim"])
+def test_a_robot_in_an_sdf_file_is_one_error(
+    verb: str, launch: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = launch.parent / "r.sdf"
+    model.write_text('<sdf version="1.9"><model name="r"><link name="l"/></model></sdf>')
+    words = "-sdf -param robot_description -model r"
+    spawner = f'<node pkg="gazebo_ros" type="spawn_model" name="s" args="{words}"/>'
+    described = '<param name="robot_description" textfile="$(dirname)/r.sdf"/>'
+    launch.write_text(f"<launch>{described}{spawner}</launch>")
+    file = launch if verb == "launch" else model
+    assert run([verb, str(file), "--no-browser"]) == 2
+    out, err = output(capsys)
+    assert out == ""
+    assert (err.count("error:"), err.count("warning:")) == (1, 0)
+    assert "URDF" in err
 
 
 def test_the_reason_why_there_is_no_robot_is_reported(

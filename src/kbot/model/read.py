@@ -414,6 +414,8 @@ def read_robot(
     values = AttributeReader(packages, names)
     if document.tag != "robot":
         hint = "a robot starts with <robot name='…'>"
+        if document.tag == "sdf":
+            hint = "KBot reads robots from URDF and xacro files. An SDF world is given with --world"
         values.error("U001", f"<{document.tag}> is not a robot", document.origin, hint)
         return RobotReading(None, tuple(values.diagnostics))
     name = document.attributes.get("name")

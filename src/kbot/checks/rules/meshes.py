@@ -32,8 +32,8 @@ def _meshes(context: Context) -> Iterator[tuple[Link, Visual | Collision, Mesh]]
 def mesh_missing(context: Context) -> Found:
     """A mesh file does not exist or cannot be read, or its package is not found.
 
-    Why: RViz shows the link white or not at all, Gazebo rejects the model, and the link has no contacts. Verbs
-    that show or simulate the rest of the robot, such as `kbot sim`, report it as a warning.
+    Why: RViz shows the link white or not at all, Gazebo rejects the model, and the link has no contacts.
+    Verbs that show or simulate the rest of the robot, such as `kbot sim`, report it as a warning.
 
     Example: `<mesh filename="package://my_robot/meshes/bsae.stl"/>`
 

@@ -51,7 +51,8 @@ def read_population(
             robots = [replace(robots[0], spawn=twin.spawn, origin=twin.origin)]
             models.remove(twin)
             notes.append(_replaced_by_description(twin, robots[0]))
-    notes += [_no_robot(node) for node in unmatched]
+    if robots or not _sdf_parameters(plan):
+        notes += [_no_robot(node) for node in unmatched]
     if len(robots) > 1:
         robots = [_distinct(robot, number, notes) for number, robot in enumerate(robots)]
         notes += _shared_topics(robots)
@@ -170,19 +171,23 @@ def without_robot(plan: Plan, gazebo: GazeboSettings) -> list[Diagnostic]:
     notes = [
         Diagnostic(
             "L063",
-            Severity.WARNING,
+            Severity.ERROR,
             f"{name} is an SDF model, which KBot does not run as a robot",
             param.origin,
             "use a URDF or xacro file of the robot",
         )
-        for name, param in plan.params.items()
-        if isinstance(param.value, str) and "<sdf" in param.value
+        for name, param in _sdf_parameters(plan).items()
     ]
     if gazebo.origin is not None and not notes:
         message = f"the world {gazebo.world} is not simulated: no node spawns a robot"
         hint = "spawn a robot from a URDF or xacro file. Models of the world have no effect as robots"
         notes.append(Diagnostic("L063", Severity.WARNING, message, gazebo.origin, hint))
     return notes
+
+
+def _sdf_parameters(plan: Plan) -> dict[str, Param]:
+    """The parameters that contain an SDF model."""
+    return {n: p for n, p in plan.params.items() if isinstance(p.value, str) and "<sdf" in p.value}
 
 
 def _no_robot(node: PlannedNode) -> Diagnostic:
