@@ -1,10 +1,11 @@
-"""Draw a picture as PNG without a browser, with the page's colours, light and floor."""
+"""Draw pictures without a browser, with the page's colours, light and floor."""
 
 from __future__ import annotations
 
 import io
 import itertools
 import math
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import TypeVar
 
@@ -35,6 +36,8 @@ _MOST_DRAWN = 8192  # pixels of a side that is drawn before averaging
 _SMALLEST = 1e-9
 # The page's lights for MuJoCo, which adds them in display colours, not in linear ones.
 _AMBIENT, _SUN, _FILL = 0.46, 0.52, 0.2
+_AWAY = Transform.from_xyz_rpy((0.0, 0.0, -1e6), (0.0, 0.0, 0.0))
+"""Where bodies that are not in a picture are: farther than everything that is drawn."""
 
 
 def draw_picture(things: PictureScene, look: Look) -> bytes:
@@ -43,52 +46,100 @@ def draw_picture(things: PictureScene, look: Look) -> bytes:
     Raises:
         KbotError: off-screen OpenGL is not available. The message says what to install.
     """
-    finer = max(1, min(_FINER, _MOST_DRAWN // max(look.width, look.height)))
-    drawing = _Drawing(things, look, finer)
-    palette = PALETTES[look.theme]
-    floor = Floor(things, look, palette)
-    background = palette.background[:, None, None]
-    pixels = np.empty((look.height, look.width, 4 if look.transparent else 3), dtype=np.uint8)
-    for top in range(0, look.height, band := max(1, _BAND_PIXELS // look.width)):
-        rows = slice(top, min(top + band, look.height))
-        colours, opacity, depth = drawing.averaged(rows)
-        if look.transparent:
-            mixed = np.concatenate([colours, opacity[None]])
-        else:
-            tiles, shown = floor.draw(rows)
-            ground = background + (tiles - background) * shown
-            over = np.where(depth < floor.depth[rows, None], opacity, opacity * (1.0 - shown))
-            mixed = ground + (colours - ground) * over
-        pixels[rows] = np.moveaxis(np.rint(mixed * 255.0), 0, -1)
+    surfaces = {"": tuple(itertools.chain(*things.links.values(), things.others))}
+    pixels = Painter(surfaces, look, things.view_radius).paint({"": Transform.identity()}, things)
     packed = io.BytesIO()
     Image.fromarray(pixels).save(packed, "PNG")
     return packed.getvalue()
 
 
-class _Drawing:
-    """The robot and objects of one picture, drawn `finer` times larger."""
+class Painter:
+    """Draws bodies at any poses, one picture after the other.
 
-    def __init__(self, things: PictureScene, look: Look, finer: int) -> None:
-        self._finer = finer
-        width, height = look.width * finer, look.height * finer
-        model = _model(things, look, width, height)
-        data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_camlight(model, data)
+    The owner may change the direction of `look` between pictures, but not its size.
+    """
+
+    def __init__(
+        self,
+        bodies: Mapping[str, Sequence[PaintedSurface]],
+        look: Look,
+        view_radius: float,
+        finer: int = _FINER,
+    ) -> None:
+        """Load the surfaces of each body. What is too small for `view_radius` m is not drawn.
+
+        Pictures are drawn `finer` times larger and averaged, for smooth edges.
+
+        Raises:
+            KbotError: off-screen OpenGL is not available. The message says what to install.
+        """
+        self.look = look
+        self._finer = max(1, min(finer, _MOST_DRAWN // max(look.width, look.height)))
+        size = look.width * self._finer, look.height * self._finer
+        self.model = _model(bodies, size, view_radius)
+        self.data = mujoco.MjData(self.model)
+        self._bodies = {name: int(self.model.body(f"/{name}").mocapid[0]) for name in bodies}
+        self._camera = int(self.model.body("camera").mocapid[0])
         try:
-            self._canvas = Canvas(model, width, height)
-            self._colours, self._depths = self._canvas.draw_depths(data)
+            self._canvas = Canvas(self.model, *size)
         except KbotError as error:
             raise KbotError(str(error).replace("cameras need", "pictures need")) from None
 
-    def averaged(self, rows: slice) -> tuple[Array, Array, Array]:
+    def paint(
+        self, poses: Mapping[str, Transform], things: PictureScene, marks: Array | None = None
+    ) -> NDArray[np.uint8]:
+        """Return the pixels (h, w, 3), or (h, w, 4) if the look is transparent.
+
+        The bodies of `poses` (`world_from_body`) are drawn, on the floor of `things`, whose centre the camera
+        looks at. `marks` (h, w) is how much of each pixel of the floor is marked, in 0..1.
+        """
+        self.place(poses, things)
+        look = self.look
+        palette = PALETTES[look.theme]
+        floor = Floor(things, look, palette)
+        background, mark = palette.background[:, None, None], palette.mark[:, None, None]
+        drawn = self._canvas.draw_depths(self.data)
+        pixels = np.empty((look.height, look.width, 4 if look.transparent else 3), dtype=np.uint8)
+        for top in range(0, look.height, band := max(1, _BAND_PIXELS // look.width)):
+            rows = slice(top, min(top + band, look.height))
+            colours, opacity, depth = self._averaged(*drawn, rows)
+            if look.transparent:
+                mixed = np.concatenate([colours, opacity[None]])
+            else:
+                tiles, shown = floor.draw(rows)
+                ground = background + (tiles - background) * shown
+                if marks is not None:
+                    ground += (mark - ground) * marks[rows]
+                over = np.where(depth < floor.depth[rows, None], opacity, opacity * (1.0 - shown))
+                mixed = ground + (colours - ground) * over
+            pixels[rows] = np.moveaxis(np.rint(mixed * 255.0), 0, -1)
+        return pixels
+
+    def place(self, poses: Mapping[str, Transform], things: PictureScene) -> None:
+        """Move the bodies, and the camera before the centre of `things`."""
+        for name, index in self._bodies.items():
+            self._put(index, poses.get(name, _AWAY))
+        distance = self.look.distance(things.view_radius)
+        self.model.vis.map.znear, self.model.vis.map.zfar = distance / 100.0, distance * 200.0
+        eye = things.centre + self.look.towards_eye * distance
+        self._put(self._camera, Transform.from_rotation_translation(self.look.axes, eye))
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+    def _put(self, index: int, pose: Transform) -> None:
+        x, y, z, w = pose.quaternion_xyzw
+        self.data.mocap_pos[index], self.data.mocap_quat[index] = pose.translation, (w, x, y, z)
+
+    def _averaged(
+        self, colours: NDArray[np.uint8], depths: NDArray[np.float32], rows: slice
+    ) -> tuple[Array, Array, Array]:
         """Return colours (3, rows, w), opacity (rows, w) in 0..1, and the least depth (rows, w) in m.
 
         The depth is the distance along the camera's axis.
         """
         finer = self._finer
         part = slice(rows.start * finer, rows.stop * finer)
-        depths, colours = self._depths[part], self._colours[part]
+        depths, colours = depths[part], colours[part]
         hit = depths < 1.0
         count = _reduced(np.add, hit.view(np.uint8), finer)
         planes = (np.where(hit, colours[..., channel], 0) for channel in range(3))
@@ -107,14 +158,14 @@ def _reduced(combine: np.ufunc, plane: NDArray[Number], finer: int) -> NDArray[N
     return blocks
 
 
-def _model(things: PictureScene, look: Look, width: int, height: int) -> mujoco.MjModel:
+def _model(
+    bodies: Mapping[str, Sequence[PaintedSurface]], size: tuple[int, int], view_radius: float
+) -> mujoco.MjModel:
     spec = mujoco.MjSpec()
     visual = spec.visual
-    visual.global_.offwidth, visual.global_.offheight = width, height
-    visual.quality.offsamples = visual.quality.shadowsize = 0
-    distance = look.distance(things.view_radius)
+    visual.global_.offwidth, visual.global_.offheight = size
+    visual.quality.offsamples = 0
     spec.stat.extent = 1.0
-    visual.map.znear, visual.map.zfar = distance / 100.0, distance * 200.0
     visual.headlight.ambient = (_AMBIENT,) * 3
     visual.headlight.diffuse = visual.headlight.specular = (0.0, 0.0, 0.0)
     for towards, strength in (((-1.6, 2.2, -4.5), _SUN), ((2.0, 1.0, -0.6), _FILL)):
@@ -126,14 +177,14 @@ def _model(things: PictureScene, look: Look, width: int, height: int) -> mujoco.
             specular=(strength * 0.1,) * 3,
             castshadow=False,
         )
-    pose = Transform.from_rotation_translation(look.axes, things.centre + look.towards_eye * distance)
-    x, y, z, w = pose.quaternion_xyzw
-    spec.worldbody.add_camera(pos=pose.translation, quat=(w, x, y, z), fovy=math.degrees(FIELD_OF_VIEW))
-    surfaces = itertools.chain(*things.links.values(), things.others)
-    for number, surface in enumerate(surfaces):
-        if _area(surface) < _SMALLEST * things.view_radius**2:
-            continue
-        _add(spec, f"surface{number}", surface)
+    camera = spec.worldbody.add_body(name="camera", mocap=True)
+    camera.add_camera(fovy=math.degrees(FIELD_OF_VIEW))
+    number = itertools.count()
+    for name, surfaces in bodies.items():
+        body = spec.worldbody.add_body(name=f"/{name}", mocap=True)
+        for surface in surfaces:
+            if _area(surface) >= _SMALLEST * view_radius**2:
+                _add(spec, body, f"surface{next(number)}", surface)
     return spec.compile()
 
 
@@ -142,10 +193,10 @@ def _area(surface: PaintedSurface) -> float:
     return float(np.linalg.norm(face_normals(surface.vertices, surface.faces), axis=1).sum()) / 2.0
 
 
-def _add(spec: mujoco.MjSpec, name: str, surface: PaintedSurface) -> None:
+def _add(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, surface: PaintedSurface) -> None:
     faces, texture = surface.faces, surface.texture
     mesh = add_triangles(spec, name, surface.vertices, faces)
-    geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+    geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
     if texture is None:
         geom.rgba = surface.rgba
     else:
