@@ -64,6 +64,8 @@ class TrialResult:
     is_deterministic  False if a program that runs in real time took part
     findings          what KBot found about the run, such as a robot that does not drive as commanded
     recording         the file of the recording, if the run was recorded
+    film              the last seconds of the run as an animated picture, if it was requested
+    film_problem      why there is no film, such as a missing extra
     wall              seconds of wall-clock time
     """
 
@@ -78,6 +80,8 @@ class TrialResult:
     trace: Trace | None = None
     robot: str = ""
     recording: str = ""
+    film: bytes = b""
+    film_problem: str = ""
     wall: float = 0.0
 
     @property

@@ -48,18 +48,21 @@ def run_trial(
     with_all_values: bool = False,
     with_trace: bool = False,
     record: str = "",
+    watch: Callable[[Simulation], object] | None = None,
 ) -> TrialResult:
     """Run a scenario. What goes wrong is in the result's `error`.
 
     `robot` replaces the scenario's own.
     `with_all_values` computes all measures. `with_trace` keeps the trace.
-    `record` is a file to record the run to.
+    `record` is a file to record the run to. `watch` gets the simulation before it starts.
     """
     begun = time.perf_counter()
     result = TrialResult(scenario.name, seed)
     try:
         robot = robot if robot is not None else load_source(_require_robot(scenario))
-        result = _run(scenario, seed, robot, record, with_all_values=with_all_values, with_trace=with_trace)
+        result = _run(
+            scenario, seed, robot, record, watch, with_all_values=with_all_values, with_trace=with_trace
+        )
     except KbotError as error:
         result = replace(result, error=first_error(error))
     return replace(result, wall=time.perf_counter() - begun)
@@ -81,11 +84,20 @@ def _require_robot(scenario: Scenario) -> RobotSource:
 
 
 def _run(
-    scenario: Scenario, seed: int, robot: RobotModel, record: str, *, with_all_values: bool, with_trace: bool
+    scenario: Scenario,
+    seed: int,
+    robot: RobotModel,
+    record: str,
+    watch: Callable[[Simulation], object] | None,
+    *,
+    with_all_values: bool,
+    with_trace: bool,
 ) -> TrialResult:
     world = scenario.world.replace("{seed}", str(seed))
     simulation = Simulation(robot, world, seed, start=scenario.start)
     mount_declared(simulation, strict=False)
+    if watch is not None:
+        watch(simulation)
     needs_clearance = with_all_values or "clearance" in _quantities(scenario)
     stage = _Stage(simulation, scenario, Sampler(simulation, with_clearance=needs_clearance))
     with ExitStack() as stack:
