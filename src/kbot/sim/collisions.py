@@ -40,6 +40,8 @@ class Collisions:
         self._robots = robots
         self._model: mujoco.MjModel | None = None
         self._harmless = b""
+        self.link = ""
+        """The link of the robot that touched what `touched` found last."""
 
     def touched(self, model: mujoco.MjModel, data: mujoco.MjData) -> str:
         """The name of an object or robot that the robot touches, or an empty string."""
@@ -55,7 +57,9 @@ class Collisions:
         for at in suspects.tolist():
             contact = data.contact[at]
             if not self._is_ground(data, contact):
-                other = next(geom for geom in contact.geom.tolist() if self._kinds[geom] != _OWN)
+                own, other = sorted(contact.geom.tolist(), key=lambda geom: self._kinds[geom] != _OWN)
+                link: str = model.body(model.geom_bodyid[own]).name
+                self.link = link.removeprefix(self._robots.first.body.prefix)
                 return _name(owner(model, other))
         return ""
 

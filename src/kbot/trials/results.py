@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from kbot.text import Diagnostic
+from kbot.text.diagnostic import Related
 from kbot.trials.trace import Trace
+
+if TYPE_CHECKING:
+    from kbot.trials.surroundings import Surroundings
 
 SCHEMA = 1
 """Version of the JSON of `kbot try`."""
@@ -64,6 +69,8 @@ class TrialResult:
     is_deterministic  False if a program that runs in real time took part
     findings          what KBot found about the run, such as a robot that does not drive as commanded
     recording         the file of the recording, if the run was recorded
+    surroundings      the map that the path is drawn on; None without a trace
+    source_lines      the lines of the robot that a failure concerns; empty without a trace
     film              the last seconds of the run as an animated picture, if it was requested
     film_problem      why there is no film, such as a missing extra
     wall              seconds of wall-clock time
@@ -80,6 +87,8 @@ class TrialResult:
     trace: Trace | None = None
     robot: str = ""
     recording: str = ""
+    surroundings: Surroundings | None = None
+    source_lines: tuple[Related, ...] = ()
     film: bytes = b""
     film_problem: str = ""
     wall: float = 0.0

@@ -29,10 +29,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened in a run: a step of the scenario, a touch, or the end of a goal."""
+    """Something that happened in a run: a `step` of the scenario, a `touch`, or the end of a `goal`."""
 
     time: float
     text: str
+    kind: str = "step"
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class Trace:
     support         vertical contact force in N by link, (n,) each
     events          in order of time
     touched         the names of the touched objects and robots, in order
+    touched_with    the link of the robot that first touched each
     joint_limits    lowest and highest position by joint; joints without limits are not included
     last_command    time in s at which the last step of the scenario began
     """
@@ -53,6 +55,7 @@ class Trace:
     support: Mapping[str, Array]
     events: tuple[Event, ...] = ()
     touched: tuple[str, ...] = ()
+    touched_with: Mapping[str, str] = field(default_factory=dict)
     joint_limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     last_command: float = 0.0
 
@@ -88,7 +91,7 @@ class Sampler:
         self._last = self._start
         self._count = 0
         self.goals_reached = 0
-        self.touched: list[str] = []
+        self.touched: dict[str, str] = {}
         self.events: list[Event] = []
         self.last_command = 0.0
         self.sample()
@@ -157,6 +160,7 @@ class Sampler:
             {link: np.array([forces.get(link, 0.0) for forces in self._support]) for link in links},
             tuple(self.events),
             tuple(self.touched),
+            dict(self.touched),
             self._limits,
             self.last_command,
         )
@@ -174,8 +178,8 @@ class Sampler:
     def _look_at_contacts(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         name = self._collisions.touched(model, data)
         if name and name not in self.touched:
-            self.touched.append(name)
-            self.events.append(Event(self._simulation.time, f"touches '{name}'"))
+            link = self.touched[name] = self._collisions.link
+            self.events.append(Event(self._simulation.time, f"link '{link}' touches '{name}'", "touch"))
 
     def _clearance_now(self) -> float:
         if self._clearance is None:

@@ -24,6 +24,7 @@ from kbot.trials.expectations import Bound
 from kbot.trials.measures import all_measures
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource, Scenario, Step, holds
+from kbot.trials.surroundings import concerned_lines, surroundings
 from kbot.trials.trace import RATE, Event, Sampler
 from kbot.xacro import Packages
 from kbot.xacro.assignments import resolve_names
@@ -110,15 +111,18 @@ def _run(
         values: dict[str, float] = {}
         if with_all_values:
             values = {measure.name: measure.compute(trace) for measure in all_measures(trace)}
+        measures = tuple(result for each in scenario.expect for result in each.results(trace))
         return TrialResult(
             scenario.name,
             seed,
-            tuple(result for each in scenario.expect for result in each.results(trace)),
+            measures,
             error,
             simulation.state_sha256(),
             simulation.findings,
             all_values=values,
             trace=trace if with_trace else None,
+            surroundings=surroundings(simulation, scenario) if with_trace else None,
+            source_lines=concerned_lines(robot, measures, trace) if with_trace else (),
             robot=robot.name,
             recording=record,
         )
@@ -209,5 +213,5 @@ class _Stage:
         if goals is None or status is None or not status.state.is_end or goals.count == self._goal_reports:
             return
         self._goal_reports = goals.count
-        self.sampler.events.append(Event(self.simulation.time, f"goal {status}"))
+        self.sampler.events.append(Event(self.simulation.time, f"goal {status}", "goal"))
         self.sampler.goals_reached += status.state is GoalState.REACHED
