@@ -27,6 +27,16 @@ def test_goto_uses_a_declared_lidar(capsys):
     assert "goal        reached in" in capsys.readouterr().out
 
 
+def test_an_invalid_sensor_is_reported_and_the_goal_is_reached(capsys, tmp_path):
+    """Gazebo also runs without the sensor."""
+    file = tmp_path / "bot.urdf"
+    assert _run(["expand", "kbot", "-o", str(file)]) == 0
+    imu = '<gazebo reference="imu_link"><sensor name="imu" type="imu"/></gazebo>'
+    file.write_text(file.read_text().replace("</robot>", f"{imu}</robot>"))
+    assert _run(["sim", str(file), "--headless", "--goto", "0.3,0,0"]) == 0
+    assert "unknown link 'imu_link'" in capsys.readouterr().err
+
+
 def test_a_goal_that_is_refused(capsys):
     assert _run(["sim", "kbot", "--headless", "--world", "maze:size=3,seed=3", "--goto", "0.3,0,0"]) == 1
     assert "goal        refused: the goal is inside an obstacle" in capsys.readouterr().out
