@@ -67,10 +67,11 @@ class Trace:
 
 
 class Sampler:
-    """Samples the first robot of a simulation. The owner calls `sample` at `RATE`."""
+    """Samples the first robot of a simulation. The owner calls `sample` at `rate` (Hz of simulated time)."""
 
-    def __init__(self, simulation: Simulation, *, with_clearance: bool) -> None:
+    def __init__(self, simulation: Simulation, *, with_clearance: bool, rate: float = RATE) -> None:
         """`with_clearance`: measure the distance to objects, which takes more time than all the rest."""
+        self._rate = rate
         self._simulation = simulation
         self._robot = simulation.robots.first
         drive = self._robot.drive
@@ -172,7 +173,7 @@ class Sampler:
         body = self._robot.body
         efforts, speeds = body.joint_efforts, body.joint_velocities
         power = sum(max(0.0, efforts[joint] * speeds[joint]) for joint in self._driving)
-        self._energy += power / RATE
+        self._energy += power / self._rate
         return max(abs(efforts[joint]) for joint in self._driving)
 
     def _look_at_contacts(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
