@@ -74,7 +74,7 @@ def test_the_link_that_touched_is_named_with_its_line(crash: TrialResult) -> Non
     found = {related.message: related.origin.span for related in crash.source_lines}
     plate = found["link 'base_link' touches 'box'"]
     assert Path(plate.file).name == "kbot.xacro"
-    assert "<collision" in plate.source.line(plate.line)
+    assert "<box size=" in plate.source.line(plate.line)
     wheel = found["link 'left_wheel' of support"]
     assert "<link" in wheel.source.line(wheel.line)
 

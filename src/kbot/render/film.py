@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 RATE = 10.0
 """Pictures per second."""
-LOOK = Look(320, 240, elevation=32.0, theme="light")
+LOOK = Look(400, 300, elevation=32.0, theme="light")
 """The size and colours of films. The azimuth is chosen so that the robot is seen."""
 MOST_MOMENTS = 301
 """Pictures of a film. A longer part of a run is shown from its end."""

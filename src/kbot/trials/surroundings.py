@@ -81,7 +81,7 @@ def concerned_lines(
         for thing, name in trace.touched_with.items():
             link = robot.links.get(name)
             if link is not None:
-                where = link.collisions[0].origin if link.collisions else link.origin
+                where = link.collisions[0].geometry.origin if link.collisions else link.origin
                 found.append(Related(f"link '{name}' touches '{thing}'", where))
     for measure in sorted(failed):
         family, _, part = measure.partition("/")
