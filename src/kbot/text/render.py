@@ -70,7 +70,7 @@ def count(diagnostics: Iterable[Diagnostic]) -> str:
 
 def place(origin: Origin) -> str:
     """`file:line:column` as it is printed."""
-    return _clean(_at(origin))
+    return printable(_at(origin))
 
 
 def _start(span: Span) -> dict[str, object]:
@@ -94,7 +94,7 @@ class _Text:
         where = f"{place(diagnostic.origin)}: " if diagnostic.origin else ""
         severity = self._paint(f"{diagnostic.severity}:", tone)
         lines = [
-            f"{self._paint(where, '1')}{severity} {_clean(diagnostic.message)} "
+            f"{self._paint(where, '1')}{severity} {printable(diagnostic.message)} "
             f"{self._paint(f'[{diagnostic.code}]', '2')}"
         ]
         others = [related for related in diagnostic.related if not related.is_in_message]
@@ -149,7 +149,7 @@ class _Text:
         return lines
 
     def _note(self, margin: int, text: str, label: str = "") -> list[str]:
-        pieces = [_clean(text)]
+        pieces = [printable(text)]
         prefix = f"{label}: " if label else ""
         indent = margin + 2 + len(prefix)
         if self.width:
@@ -175,7 +175,7 @@ def _at(what: Origin | Call) -> str:
     return text.removeprefix(here) if os.path.isabs(path) else text
 
 
-def _clean(text: str) -> str:
+def printable(text: str) -> str:
     """Replace control characters by visible ones: a file must not be able to control the terminal."""
     if text.isprintable():
         return text

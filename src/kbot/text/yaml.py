@@ -15,7 +15,7 @@ from kbot.text.span import Source, Span
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import re
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from typing import Any
 
     import yaml
@@ -134,6 +134,26 @@ class YamlDocument:
         key, value = nodes[-1]
         return self._span(value if key is None else key)
 
+    def repeated_keys(self) -> Iterator[Span]:
+        """The keys that their mapping already has. PyYAML keeps the last value of each."""
+        waiting, seen = [self._root] if self._root is not None else [], set[int]()
+        while waiting:
+            node = waiting.pop()
+            if id(node) in seen or not isinstance(node.value, list):
+                continue
+            seen.add(id(node))
+            keys = set[str]()
+            for part in node.value:
+                key, value = part if isinstance(part, tuple) else (None, part)
+                waiting.append(value)
+                # merge keys (<<) put keys of other mappings first, and those may be replaced
+                if key is None or _position(key.start_mark) < _position(node.start_mark):
+                    continue
+                name = str(self._constructed[key])
+                if name in keys:
+                    yield self._span(key)
+                keys.add(name)
+
     def _nodes(self, keys: Keys) -> list[tuple[Any, Any]]:
         """The nodes of keys and values from the root to the last existing one of `keys`."""
         if self._root is None:
@@ -248,6 +268,10 @@ def _document(
     finally:
         loader.dispose()
     return YamlDocument(source, data, root, constructed)
+
+
+def _position(mark: Any) -> tuple[int, int]:  # noqa: ANN401 - marks of C and of Python
+    return mark.line, mark.column
 
 
 def _at(source: Source, mark: Any) -> Span:  # noqa: ANN401 - marks of C and of Python

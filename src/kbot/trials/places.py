@@ -1,0 +1,91 @@
+"""Finds the files that a scenario names: relative to the scenario's file, or in packages."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from kbot.checks.file_kinds import kind_of
+from kbot.checks.folder_files import entry_points
+from kbot.model.load import SHIPPED_NAME
+from kbot.text import DescriptionError, KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.trials.actions import RunScript
+from kbot.trials.scenario import Program, RobotSource, Scenario
+from kbot.world.load import MAP_SUFFIXES, SDF_SUFFIXES
+from kbot.xacro import Packages
+
+ROBOT_SUFFIXES = (".xacro", ".urdf", ".xml")
+_PACKAGE = "package://"
+
+
+def find_file(name: str, folder: Path) -> str:
+    """The path of a file that a file in `folder` names. Raises KbotError: there is no such file."""
+    if name.startswith(_PACKAGE):
+        package, _, rest = name.removeprefix(_PACKAGE).partition("/")
+        path = Path(Packages().beside(str(folder / "scenario")).find(package)) / rest
+    else:
+        path = folder / name
+    if not path.exists():
+        known = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = did_you_mean(path.name, known)
+        raise KbotError(f"there is no file {path}" + (f" ({near})" if near else ""))
+    return str(path)
+
+
+def find_robot(name: str, folder: Path) -> str:
+    """The robot's file that a file in `folder` names: a file, a package, or `kbot`.
+
+    Raises:
+        KbotError: there is no such file, or the package has no robot or several.
+    """
+    if name == SHIPPED_NAME:
+        return name
+    path = find_file(name, folder)
+    return robot_of_folder(path) if Path(path).is_dir() else path
+
+
+def find_world(name: str, folder: Path) -> str:
+    """A world's file that a file in `folder` names. The name of a built-in world is not changed."""
+    if Path(name).suffix.lower() in (*SDF_SUFFIXES, *MAP_SUFFIXES) and "{seed}" not in name:
+        return find_file(name, folder)
+    return name
+
+
+def robot_of_folder(folder: str) -> str:
+    """The robot's file in a package or folder. Raises KbotError: it has none, or several."""
+    try:
+        found = [path for path in entry_points(folder) if kind_of(path) is None]
+    except DescriptionError:
+        found = []
+    if not found:
+        raise KbotError(f"{folder} contains no robot: no xacro or URDF file with a whole robot")
+    if len(found) > 1:
+        names = ", ".join(os.path.relpath(path, folder) for path in found)
+        raise KbotError(f"{folder} contains {len(found)} robots: {names}. Name the file of one of them")
+    return found[0]
+
+
+def placed(scenario: Scenario, folder: Path) -> Scenario:
+    """A scenario of a Python file in `folder`, with the paths of the files that it names."""
+
+    def program(each: Program) -> Program:
+        return replace(each, file=find_file(each.file, folder))
+
+    return replace(
+        scenario,
+        robot=_placed_robot(scenario.robot, folder),
+        world=find_world(scenario.world, folder),
+        steps=tuple(
+            replace(step, action=RunScript(find_file(step.action.script, folder)))
+            if isinstance(step.action, RunScript) and isinstance(step.action.script, str)
+            else step
+            for step in scenario.steps
+        ),
+        programs=tuple(map(program, scenario.programs)),
+    )
+
+
+def _placed_robot(robot: RobotSource | None, folder: Path) -> RobotSource | None:
+    return None if robot is None else replace(robot, file=find_robot(robot.file, folder))
