@@ -73,6 +73,7 @@ class TrialResult:
     source_lines      the lines of the robot that a failure concerns; empty without a trace
     film              the last seconds of the run as an animated picture, if it was requested
     film_problem      why there is no film, such as a missing extra
+    failed_at         simulated time in s from which the run failed, None if it passed or did not run
     wall              seconds of wall-clock time
     """
 
@@ -91,6 +92,7 @@ class TrialResult:
     source_lines: tuple[Related, ...] = ()
     film: bytes = b""
     film_problem: str = ""
+    failed_at: float | None = None
     wall: float = 0.0
 
     @property

@@ -21,6 +21,7 @@ from kbot.sim.script import Script
 from kbot.text import DescriptionError, KbotError
 from kbot.text.errors import Stopped
 from kbot.trials.expectations import Bound
+from kbot.trials.failure import failure_time
 from kbot.trials.measures import all_measures
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource, Scenario, Step, holds
@@ -80,7 +81,10 @@ def first_error(error: KbotError) -> str:
 
 def _require_robot(scenario: Scenario) -> RobotSource:
     if scenario.robot is None:
-        raise KbotError(f"the scenario '{scenario.name}' names no robot")
+        raise KbotError(
+            f"the scenario '{scenario.name}' names no robot. Add robot: FILE to it, or try a robot with "
+            "kbot try ROBOT --battery FILE"
+        )
     return scenario.robot
 
 
@@ -112,7 +116,7 @@ def _run(
         if with_all_values:
             values = {measure.name: measure.compute(trace) for measure in all_measures(trace)}
         measures = tuple(result for each in scenario.expect for result in each.results(trace))
-        return TrialResult(
+        result = TrialResult(
             scenario.name,
             seed,
             measures,
@@ -126,6 +130,9 @@ def _run(
             robot=robot.name,
             recording=record,
         )
+        if result.error:
+            return replace(result, failed_at=simulation.time)
+        return result if result.passed else replace(result, failed_at=failure_time(scenario.expect, trace))
 
 
 def _quantities(scenario: Scenario) -> set[str]:

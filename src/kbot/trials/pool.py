@@ -1,0 +1,259 @@
+"""Runs many trials in parallel processes.
+
+Each process is a `Worker`, which a thread of this process drives. A trial that exceeds its limits, or ends
+its process, is one failed result, and the other trials continue.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from types import TracebackType
+from typing import Generic, TypeVar
+
+from kbot.model import RobotModel
+from kbot.sim.script_errors import Explanations
+from kbot.sim.user_code import UserCode
+from kbot.text import KbotError
+from kbot.trials.actions import RunScript
+from kbot.trials.python_file import read_python_scenarios
+from kbot.trials.results import TrialResult
+from kbot.trials.scenario import RobotSource, Scenario
+from kbot.trials.trial import first_error, load_source, run_trial
+from kbot.trials.watchdog import watchdog
+from kbot.worker import LimitExceeded, Worker, WorkerLimits
+
+A = TypeVar("A")
+T = TypeVar("T")
+
+LOADING_SECONDS = 30.0
+"""Processor time that a trial may take to load the robot and the world: as much as any other file."""
+SECONDS_PER_SECOND = 2.0
+"""Processor time that a trial may take for each simulated second: half of the speed of real time."""
+GRACE_SECONDS = 5.0
+"""Processor time until the process is killed, after its watchdog has tried to stop the user's program. It
+includes the start of the process."""
+WAKE_SECONDS = 0.2
+"""Windows delivers Ctrl-C only between two waits."""
+_ROBOTS_KEPT = 4
+"""Robots that a process keeps. Most runs try one robot."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One trial to run in a pool.
+
+    scenario         what to run. That of a Python file is without its steps and expectations, which may be
+                     functions that cannot be sent to another process
+    seed             of the simulation
+    python_file      the Python file from which the process loads the scenario again
+    index            which of the file's scenarios it is
+    with_all_values  whether to compute all measures
+    with_trace       whether to keep the trace
+    record           the file to record the run to
+    robot            as it was typed, if a battery is tried
+    error            why the trial cannot run
+    """
+
+    scenario: Scenario
+    seed: int = 0
+    python_file: str = ""
+    index: int = 0
+    with_all_values: bool = False
+    with_trace: bool = False
+    record: str = ""
+    robot: str = ""
+    error: str = ""
+
+    @property
+    def limit(self) -> float:
+        """The processor time in seconds that the trial may take."""
+        return LOADING_SECONDS + SECONDS_PER_SECOND * self.scenario.duration
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome(Generic[T]):
+    """What a call in a pool returned, or the exception that it raised."""
+
+    value: T | None = None
+    error: Exception | None = None
+
+
+class Pool:
+    """Processes that work in parallel. They start with the first work and stay until the pool is closed."""
+
+    def __init__(self, jobs: int | None = None) -> None:
+        """`jobs` is the number of processes; by default one for each core that this process may use."""
+        self.jobs = jobs or available_cores()
+        self.interrupted = False
+        """Whether Ctrl-C ended the work."""
+        self._workers: list[Worker] = []
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end_workers()
+
+    def map(
+        self,
+        work: Callable[[A], T],
+        items: Sequence[A],
+        seconds: Callable[[A], float],
+        on_done: Callable[[int, Outcome[T]], None] = lambda index, outcome: None,
+    ) -> list[Outcome[T] | None]:
+        """Call a module's function for each item. Returns the outcomes in the order of the items.
+
+        `seconds` is the processor time that a call may take. `on_done` is called in this thread, in the order
+        in which the calls end. Ctrl-C ends the processes at once: the outcomes of unfinished calls are None.
+        """
+        outcomes: list[Outcome[T] | None] = [None] * len(items)
+        waiting: queue.SimpleQueue[int] = queue.SimpleQueue()
+        for index in range(len(items)):
+            waiting.put(index)
+        done: queue.SimpleQueue[tuple[int, Outcome[T]]] = queue.SimpleQueue()
+        stop = threading.Event()
+
+        def drive(worker: Worker) -> None:
+            with suppress(queue.Empty):
+                while not stop.is_set():
+                    index = waiting.get_nowait()
+                    worker.limits = WorkerLimits(seconds(items[index]))
+                    try:
+                        outcome = Outcome(worker.call(work, items[index]))
+                    except Exception as error:  # noqa: BLE001 - reported as the item's
+                        outcome = Outcome(error=error)
+                    if not stop.is_set():
+                        done.put((index, outcome))
+
+        while len(self._workers) < min(self.jobs, len(items)):
+            self._workers.append(Worker())
+        threads = [threading.Thread(target=drive, args=(worker,), daemon=True) for worker in self._workers]
+        try:
+            for thread in threads:
+                thread.start()
+            missing = len(items)
+            while missing:
+                with suppress(queue.Empty):
+                    index, outcome = done.get(timeout=WAKE_SECONDS)
+                    outcomes[index] = outcome
+                    missing -= 1
+                    on_done(index, outcome)
+        except KeyboardInterrupt:
+            self.interrupted = True
+        finally:
+            stop.set()
+            while self.interrupted and any(thread.is_alive() for thread in threads):
+                self._end_workers()  # a thread may just be starting its process
+                for thread in threads:
+                    thread.join(WAKE_SECONDS)
+        return outcomes
+
+    def _end_workers(self) -> None:
+        for worker in self._workers:
+            worker.end()
+
+
+def run_tasks(
+    pool: Pool,
+    tasks: Sequence[Task],
+    on_result: Callable[[int, TrialResult], None] = lambda index, result: None,
+    limit: float | None = None,
+) -> list[TrialResult | None]:
+    """Run trials. Returns their results in the order of the tasks; after Ctrl-C, None for unfinished ones.
+
+    `limit` replaces the processor time in seconds that each trial may take.
+    """
+    results: list[TrialResult | None] = [
+        TrialResult(task.scenario.name, task.seed, error=task.error) if task.error else None for task in tasks
+    ]
+    runnable = [index for index, task in enumerate(tasks) if not task.error]
+
+    def keep(number: int, outcome: Outcome[TrialResult]) -> None:
+        index = runnable[number]
+        task = tasks[index]
+        failed = TrialResult(task.scenario.name, task.seed, error=_why(outcome.error, limit or task.limit))
+        result = results[index] = outcome.value or failed
+        on_result(index, result)
+
+    limited = [(tasks[index], limit or tasks[index].limit) for index in runnable]
+    pool.map(run_task, limited, lambda item: item[1] + GRACE_SECONDS, keep)
+    return results
+
+
+def run_task(item: tuple[Task, float]) -> TrialResult:
+    """Run a trial in this process, with at most this much processor time in seconds for the user's code."""
+    task, limit = item
+    try:
+        with watchdog(_programs(task), limit):
+            return _run(task)
+    except KbotError as error:
+        return TrialResult(task.scenario.name, task.seed, error=first_error(error))
+    except Exception as error:  # raised by a function of a scenario in Python
+        if not task.python_file:
+            raise
+        explained = Explanations(UserCode(task.python_file)).explained(error, 0.0)
+        return TrialResult(task.scenario.name, task.seed, error=str(explained).split("\n")[0])
+
+
+def _run(task: Task) -> TrialResult:
+    scenario = task.scenario
+    if task.python_file:
+        scenario = replace(read_python_scenarios(task.python_file)[task.index], robot=scenario.robot)
+    return run_trial(
+        scenario,
+        task.seed,
+        load_once(scenario.robot) if scenario.robot is not None else None,
+        with_all_values=task.with_all_values,
+        with_trace=task.with_trace,
+        record=task.record,
+    )
+
+
+def _programs(task: Task) -> list[UserCode]:
+    """The user's programs that run in the process of a trial."""
+    scripts = [step.action.script for step in task.scenario.steps if isinstance(step.action, RunScript)]
+    files = [task.python_file, *(script for script in scripts if isinstance(script, str))]
+    return [UserCode(file) for file in files if file]
+
+
+def _why(error: Exception | None, limit: float) -> str:
+    """Why a trial has no result of its own."""
+    if isinstance(error, LimitExceeded) and error.is_late:
+        return f"the trial took longer than {limit:g} s and was stopped. --limit-time raises the limit"
+    return sentence(error, "the trial")
+
+
+def available_cores() -> int:
+    """The cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def load_once(source: RobotSource) -> RobotModel:
+    """The robot of a source, which this process keeps for the next trial."""
+    key = repr(source)
+    if key not in _kept:
+        while len(_kept) >= _ROBOTS_KEPT:
+            del _kept[next(iter(_kept))]
+        _kept[key] = load_source(source)
+    return _kept[key]
+
+
+_kept: dict[str, RobotModel] = {}
+
+
+def sentence(error: Exception | None, what: str) -> str:
+    """An error in one line. `what` is what was done."""
+    if isinstance(error, LimitExceeded):
+        return f"{what} {error}"
+    if isinstance(error, KbotError):
+        return first_error(error)
+    return f"{type(error).__name__}: {' '.join(str(error).split())}".removesuffix(": ")

@@ -1,0 +1,112 @@
+"""Trials in parallel processes: their order, their limits, and Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from kbot.trials import Bound, Command, RobotSource, RunScript, Scenario, Step, run_trial
+from kbot.trials.pool import Pool, Task, run_tasks
+from kbot.trials.scenario_file import python_scenarios
+
+KBOT = RobotSource("kbot")
+SHORT = Scenario("short", 0.2, [Step(Command(0.2))], [Bound("final_forward", 0.0)], KBOT)
+
+
+def scripted(folder: Path, name: str, text: str) -> Task:
+    """A trial that runs a script."""
+    path = folder / f"{name}.py"
+    path.write_text(text)
+    return Task(Scenario(name, 5.0, [Step(RunScript(str(path)))], robot=KBOT))
+
+
+def test_results_are_in_order_and_equal_to_those_of_this_process() -> None:
+    long = replace(SHORT, name="long", duration=3.0)
+    tasks = [Task(long), Task(SHORT), Task(SHORT, seed=1)]
+    order: list[int] = []
+    with Pool(2) as pool:
+        results = run_tasks(pool, tasks, lambda index, result: order.append(index))
+    assert [(r.name, r.seed) for r in results if r] == [("long", 0), ("short", 0), ("short", 1)]
+    assert sorted(order) == [0, 1, 2]
+    assert results[0] is not None
+    assert results[0].state_sha256 == run_trial(long).state_sha256
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (
+            "def drive(sim):\n    while True:\n        pass\n",
+            r"script\.py:[23]: the trial took longer than 3 s and was stopped here",
+        ),
+        (
+            "def drive(sim):\n    sum(iter(int, 1))\n",
+            r"the trial took longer than 3 s and was stopped\. --limit-time raises the limit",
+        ),
+        ("import os\ndef drive(sim):\n    os._exit(3)\n", "the trial ended its process, with status 3"),
+        (
+            "def drive(sim):\n    sim.run(1)\n    1 / 0\n",
+            r"script\.py:3: ZeroDivisionError: division by zero",
+        ),
+    ],
+    ids=["endless", "in C", "exit", "error"],
+)
+def test_a_script_that_fails_is_one_line_and_the_others_continue(
+    tmp_path: Path, text: str, reason: str
+) -> None:
+    with Pool(1) as pool:
+        bad, good = run_tasks(pool, [scripted(tmp_path, "script", text), Task(SHORT)], limit=3.0)
+    assert bad is not None
+    assert not bad.passed
+    assert re.search(reason, bad.error)
+    assert "\n" not in bad.error
+    assert good is not None
+    assert good.passed, good.reason
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT of one process")
+def test_ctrl_c_returns_what_is_done(tmp_path: Path) -> None:
+    endless = scripted(tmp_path, "endless", "def drive(sim):\n    while True:\n        pass\n")
+    interrupt: Callable[[int, object], object] = lambda index, result: threading.Timer(  # noqa: E731
+        0.1, signal.raise_signal, (signal.SIGINT,)
+    ).start()
+    with Pool(1) as pool:
+        first, second, third = run_tasks(pool, [Task(SHORT), endless, Task(SHORT)], interrupt)
+    assert pool.interrupted
+    assert first is not None
+    assert (second, third) == (None, None)
+
+
+def test_a_python_file_is_loaded_again_in_each_process(tmp_path: Path) -> None:
+    path = tmp_path / "functions.py"
+    path.write_text(
+        "from kbot.trials import *\n"
+        "own = Scenario('own', 1.0, [Step(RunScript(lambda sim: sim.cmd_vel(0.2, 0.0)))],\n"
+        "    [Check('way', lambda trace: trace['forward'][-1], 0.1)], RobotSource('kbot'))\n"
+    )
+    (found,) = python_scenarios(str(path))
+    with Pool(1) as pool:
+        (result,) = run_tasks(pool, [Task(found.scenario, 0, found.python_file, found.index)])
+    assert result is not None
+    assert result.passed, result.reason
+    assert [measure.name for measure in result.measures] == ["way"]
+
+
+def test_an_error_in_a_function_of_a_scenario_names_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "functions.py"
+    path.write_text(
+        "from kbot.trials import *\n"
+        "def drive(sim):\n    raise ValueError('odd')\n"
+        "own = Scenario('own', 1.0, [Step(RunScript(drive))], robot=RobotSource('kbot'))\n"
+    )
+    with Pool(1) as pool:
+        (result,) = run_tasks(pool, [Task(Scenario("own", 1.0, robot=KBOT), 0, str(path))])
+    assert result is not None
+    assert "functions.py:3: ValueError: odd" in result.error
