@@ -56,6 +56,34 @@ def busy(what: str) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
+def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
+    """Show how many of `total` parts are done, and the time left, if the block takes a while.
+
+    The yielded function reports that one more part is done.
+    """
+    if not sys.stderr.isatty() or not total:
+        yield lambda: None
+        return
+    from rich.console import Console  # slow to import; only on a terminal
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from kbot.text.terminal import for_progress
+
+    columns = TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    progress = Progress(*columns, console=Console(file=for_progress(sys.stderr)), transient=True)
+    bar = progress.add_task(what, total=total)
+    waiting = threading.Timer(PATIENCE, progress.start)
+    waiting.daemon = True
+    waiting.start()
+    try:
+        yield lambda: progress.advance(bar)
+    finally:
+        waiting.cancel()
+        waiting.join()
+        progress.stop()
+
+
+@contextmanager
 def loading(what: str) -> Iterator[None]:
     """Show that `what` is being loaded, as `busy` does, and collect no garbage within the block.
 

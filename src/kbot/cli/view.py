@@ -15,6 +15,7 @@ from kbot.cli.arguments import (
     page_options,
     picture_file,
     resolve_typed_names,
+    seconds_option,
 )
 from kbot.cli.output import fail, report, report_for_page
 from kbot.cli.picture_options import look_options
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
         "kbot view robot.xacro wheel_radius:=0.04",
         "kbot view robot.urdf --no-browser --port 9000",
         ("kbot view run.mcap", "play back a recording"),
+        ("kbot view run.mcap --at 12.5", "show a moment of a recording"),
         ("kbot view run.bag --robot robot.urdf", "show this robot in a recording"),
         ("kbot view robot.urdf -d robot.rviz", "use rviz's display configuration"),
         "kbot view robot.urdf --shot robot.png --size 800x600",
@@ -45,6 +47,9 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Robot description for a recording, instead of the recorded one.",
 )
+@seconds_option(
+    "--at", help="Time in a recording to open it at, in seconds from its start. Playback is paused."
+)
 @look_options
 @page_options
 @config_option
@@ -56,6 +61,7 @@ def command(
     package_path: tuple[str, ...],
     shot: str | None,
     robot: str | None,
+    at: float | None,
     look: Look,
 ) -> None:
     """Show a robot or a recording in the browser.
@@ -84,7 +90,9 @@ def command(
             fail("a recording cannot be combined with --shot, nor with name:=value unless --robot is given")
         with loading(path):
             from kbot.model.load import resolve_robot_path
+            from kbot.workbench.protocol import Seek
             from kbot.workbench.serve import serve_session
+            from kbot.workbench.session.deadman import NOBODY
             from kbot.workbench.session.played_session import played_session
 
             given = resolve_typed_names(robot, values, package_path) if robot is not None else None
@@ -100,11 +108,17 @@ def command(
                 )
             session.display_file = displays or session.display_file
             session.paused = session.waits_for_page = page.browser
+            if at is not None:
+                session.waits_for_page = False
+                session.paused = True
+                session.handle(Seek(at), NOBODY)
             if session.note:
                 click.echo(session.note, err=True)
             with page.bound() as address:
                 serve_session(session, address)
         return
+    if at is not None:
+        fail(f"--at is a time in a recording, and {path} is not a recording")
     if robot is not None:
         fail(f"--robot gives the robot of a recording, and {path} is not a recording")
     with loading(path):

@@ -1,0 +1,270 @@
+"""`kbot try`: run scenarios as tests of a robot's behaviour, in parallel."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from kbot.cli.arguments import (
+    Within,
+    collect_options,
+    examples,
+    json_option,
+    package_path_option,
+    split_arguments,
+)
+from kbot.cli.output import fail, has_color, print_json, report_error
+from kbot.cli.progress import busy, counting
+from kbot.text.files import write_text
+
+if TYPE_CHECKING:
+    from kbot.trials.pool import Pool, Task
+    from kbot.trials.results import TrialResult
+    from kbot.trials.selection import Selection
+
+PASSED, FAILED, UNUSABLE, INTERRUPTED = 0, 1, 2, 130
+
+
+@dataclass(frozen=True, slots=True)
+class _Choice:
+    """What is tried."""
+
+    battery: tuple[str, ...]
+    seed: tuple[int, ...]
+    package_path: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Running:
+    """How the trials run."""
+
+    jobs: int | None
+    limit_time: float | None
+    keep: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Reports:
+    """Where the results go."""
+
+    as_json: bool
+    junit: str | None
+    csv: str | None
+
+    def require_writable(self) -> None:
+        """End the program if a folder is missing: the trials may take long."""
+        for path in filter(None, (self.junit, self.csv)):
+            if not Path(path).parent.is_dir():
+                fail(f"cannot write {path}: the folder {Path(path).parent} does not exist")
+
+
+@click.command(
+    "try",
+    epilog=examples(
+        ("kbot try drive.scenario.yaml", "run a scenario"),
+        ("kbot try tests -j 4 --junit results.xml", "all scenarios of a folder"),
+        ("kbot try robot.xacro --battery all", "the built-in scenarios"),
+        "kbot try drive.scenario.yaml wheel_radius:=0.04 --seed 1 --seed 2",
+        "kbot try --battery task.scenario.yaml student/*/ --csv grades.csv",
+    ),
+)
+@click.argument("words", nargs=-1, metavar="PATH... [name:=value ...]")
+@click.option(
+    "--battery",
+    multiple=True,
+    metavar="NAME|FILE|all",
+    help="Try the robots PATH with a built-in battery, with the scenarios of a file, or with all built-in "
+    "batteries. Can be repeated.",
+)
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, 256),
+    metavar="N",
+    show_default="one for each core",
+    help="Trials that run at the same time.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0),
+    multiple=True,
+    metavar="N",
+    help="Seed to use instead of those of the scenarios. Can be repeated.",
+)
+@json_option
+@click.option("--junit", metavar="FILE", help="Write the results to FILE as JUnit XML.")
+@click.option(
+    "--csv", metavar="FILE", help="Write a table with a row for each robot to FILE. Needs --battery."
+)
+@click.option(
+    "--keep",
+    metavar="DIR",
+    show_default=".kbot/trials",
+    help="Folder for the recordings of failed trials.",
+)
+@click.option(
+    "--limit-time",
+    type=Within(1.0, 86400.0),
+    metavar="SECONDS",
+    show_default="30, and 2 for each simulated second",
+    help="Most processor time of one trial.",
+)
+@click.option("--schema", is_flag=True, help="Print the JSON Schema of scenario files and exit.")
+@click.option(
+    "--list", "only_list", is_flag=True, help="Print the names of the trials, or of the batteries, and exit."
+)
+@package_path_option
+@collect_options("choice", _Choice)
+@collect_options("running", _Running)
+@collect_options("reports", _Reports)
+def command(
+    words: tuple[str, ...],
+    choice: _Choice,
+    running: _Running,
+    reports: _Reports,
+    schema: bool,
+    only_list: bool,
+) -> int:
+    """Run scenarios, which test a robot's behaviour.
+
+    PATH is a scenario file (.yaml, .yml or .py) or a folder, in which all files *.scenario.yaml,
+    *.scenario.yml and *.scenario.py are run. With --battery, PATH is a robot: a file, a package, or kbot.
+
+    name:=value sets a xacro argument of the robots or, if they have no argument of that name, a top-level
+    property.
+
+    Trials run in parallel. Equal inputs give equal results, bit for bit. A failed trial is run again with a
+    recording, which kbot view shows.
+
+    Exit status: 0 all passed; 1 a trial failed; 2 a scenario or all robots cannot be used; 130 Ctrl-C, after
+    the results so far.
+    """
+    if schema:
+        from kbot.trials.schema import json_schema
+
+        print_json(json_schema())
+        return PASSED
+    try:
+        return _try(words, choice, running, reports, only_list=only_list)
+    except Exception:
+        if reports.as_json:
+            from kbot.trials.results import to_json
+
+            print_json(to_json(()))
+        raise
+
+
+def _try(
+    words: Sequence[str], choice: _Choice, running: _Running, reports: _Reports, *, only_list: bool
+) -> int:
+    paths, values = split_arguments(words)
+    if only_list and not paths and not choice.battery:
+        return _list_batteries()
+    if not paths:
+        fail("PATH is missing. Name a scenario file or a folder of them, or a robot with --battery all")
+    if reports.csv is not None and not choice.battery:
+        fail("--csv writes a row for each robot. Name the robots, and their scenarios with --battery")
+    reports.require_writable()
+    from kbot.trials.pool import Pool  # imported lazily, so that -h stays fast
+
+    begun, clock = datetime.now().astimezone(), time.monotonic()
+    with Pool(running.jobs) as pool:
+        selection = _select(pool, paths, values, choice)
+        for error in selection.errors:
+            report_error(error)
+        if only_list:
+            _list(selection.tasks)
+            return UNUSABLE if selection.errors else PASSED
+        if not selection.tasks and not reports.as_json:
+            return INTERRUPTED if pool.interrupted else UNUSABLE
+        done = _run(pool, selection.tasks, running)
+    _report(
+        done, reports, begun, time.monotonic() - clock, names_robots=len(paths) > 1 and bool(choice.battery)
+    )
+    if pool.interrupted:
+        return INTERRUPTED
+    if selection.errors or all(task.error for task in selection.tasks):
+        return UNUSABLE
+    return PASSED if all(result.passed for _, result in done) else FAILED
+
+
+def _select(pool: Pool, paths: Sequence[str], values: dict[str, str], choice: _Choice) -> Selection:
+    from kbot.trials.selection import Changes, select_batteries, select_scenarios
+
+    changes = Changes(values, choice.package_path, choice.seed)
+    with busy("reading scenarios"):
+        if choice.battery:
+            return select_batteries(pool, paths, choice.battery, changes)
+        return select_scenarios(pool, paths, changes)
+
+
+def _run(pool: Pool, tasks: Sequence[Task], running: _Running) -> list[tuple[Task, TrialResult]]:
+    """Run the trials, and the failed ones again with a recording. After Ctrl-C, only those that are done."""
+    from kbot.trials.pool import run_tasks
+    from kbot.trials.recordings import record_failures
+
+    with counting("running trials", len(tasks)) as advance:
+        results = run_tasks(pool, tasks, lambda index, result: advance(), running.limit_time)
+    done = [(task, result) for task, result in zip(tasks, results, strict=True) if result is not None]
+    if pool.interrupted or not done:
+        return done
+    ran, found = [task for task, _ in done], [result for _, result in done]
+    folder = None if running.keep is None else Path(running.keep)
+    with counting("recording failed trials", sum(not result.passed for result in found)) as advance:
+        recorded = record_failures(
+            pool, ran, found, folder, lambda index, result: advance(), running.limit_time
+        )
+    return list(zip(ran, recorded, strict=True))
+
+
+def _report(
+    done: Sequence[tuple[Task, TrialResult]],
+    reports: _Reports,
+    begun: datetime,
+    seconds: float,
+    *,
+    names_robots: bool,
+) -> None:
+    from dataclasses import replace
+
+    from kbot.trials.reports.table import summary, table
+    from kbot.trials.results import to_json
+
+    results = [
+        replace(result, name=f"{task.robot}: {result.name}") if names_robots else result
+        for task, result in done
+    ]
+    if reports.junit is not None:
+        from kbot.trials.reports.junit import junit
+
+        write_text(reports.junit, junit(results, begun))
+    if reports.csv is not None:
+        from kbot.trials.reports.grades import grades
+
+        write_text(reports.csv, grades((task.robot, result) for task, result in done))
+    if reports.as_json:
+        print_json(to_json(results))
+        return
+    color = has_color(sys.stdout)
+    click.echo(table(results, color=color) + summary(results, seconds, color=color))
+
+
+def _list(tasks: Sequence[Task]) -> None:
+    for task in tasks:
+        seed = f" (seed {task.seed})" if task.seed else ""
+        click.echo(f"{task.scenario.name}{seed}")
+
+
+def _list_batteries() -> int:
+    from kbot.trials.selection import battery_texts
+
+    for name, text in battery_texts().items():
+        click.echo(f"{name:<20}{text}")
+    return PASSED

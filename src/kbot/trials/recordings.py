@@ -1,0 +1,57 @@
+"""Records failed trials: they are run again, bit for bit as before, so that passed ones cost nothing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from kbot.text.files import write_text
+from kbot.trials.pool import Pool, Task, run_tasks
+from kbot.trials.results import TrialResult
+
+DEFAULT_FOLDER = Path(".kbot") / "trials"
+
+
+def record_failures(
+    pool: Pool,
+    tasks: Sequence[Task],
+    results: Sequence[TrialResult],
+    folder: Path | None = None,
+    on_result: Callable[[int, TrialResult], None] = lambda index, result: None,
+    limit: float | None = None,
+) -> list[TrialResult]:
+    """The results, with recordings of the failed trials in `folder`, by default `.kbot/trials`.
+
+    Trials that could not run, or were stopped, have no recording.
+
+    Raises:
+        OSError: the folder is not writable.
+    """
+    failed = [index for index, result in enumerate(results) if not result.passed and result.state_sha256]
+    if not failed:
+        return list(results)
+    place = folder or DEFAULT_FOLDER
+    place.mkdir(parents=True, exist_ok=True)
+    if folder is None and not (place.parent / ".gitignore").exists():
+        write_text(str(place.parent / ".gitignore"), "*\n")
+    names = _file_names([tasks[index] for index in failed])
+    again = [
+        replace(tasks[index], record=str(place / name)) for index, name in zip(failed, names, strict=True)
+    ]
+    kept = list(results)
+    for index, result in zip(failed, run_tasks(pool, again, on_result, limit), strict=True):
+        if result is not None and result.recording:
+            kept[index] = replace(kept[index], recording=result.recording)
+    return kept
+
+
+def _file_names(tasks: Sequence[Task]) -> list[str]:
+    names: list[str] = []
+    for task in tasks:
+        robot = f"{task.robot}-" if len({each.robot for each in tasks}) > 1 else ""
+        name = re.sub(r"[^\w.-]+", "_", f"{robot}{task.scenario.name}-seed{task.seed}").strip("._")
+        same = sum(other == name or other.startswith(f"{name}~") for other in names)
+        names.append(f"{name}~{same + 1}" if same else name)
+    return [f"{name}.mcap" for name in names]

@@ -1,0 +1,61 @@
+"""The results of trials as a table for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from kbot.text.render import printable
+from kbot.trials.results import MeasureResult, TrialResult
+
+_GREEN, _RED, _BOLD = "32", "1;31", "1"
+
+
+def table(results: Sequence[TrialResult], *, color: bool = False) -> str:
+    """One line for each trial: whether it passed, its name and seed, the first measure, and why it failed."""
+    rows = [_Row(result, color) for result in results]
+    width = max((len(row.title) for row in rows), default=0)
+    number_width = max((len(row.number) for row in rows), default=0)
+    return "".join(row.text(width, number_width) for row in rows)
+
+
+def summary(results: Sequence[TrialResult], seconds: float, *, color: bool = False) -> str:
+    """The last line: `12 passed, 1 failed in 8.2 s`."""
+    passed = sum(result.passed for result in results)
+    failed = len(results) - passed
+    parts = [f"{passed} passed"] if passed or not failed else []
+    parts += [f"{failed} failed"] if failed else []
+    return _paint(f"{', '.join(parts)} in {seconds:.1f} s", _RED if failed else _GREEN, color)
+
+
+class _Row:
+    def __init__(self, result: TrialResult, color: bool) -> None:
+        self.result, self.color = result, color
+        self.title = printable(result.title)
+        self.number = _number(result.measures[0]) if result.passed and result.measures else ""
+
+    def text(self, width: int, number_width: int) -> str:
+        result = self.result
+        mark = _paint("✓", _GREEN, self.color) if result.passed else _paint("✗", _RED, self.color)
+        more = printable(result.reason or "") if not result.passed else self.number.ljust(number_width)
+        note = "" if result.is_deterministic else "  (ran in real time: not deterministic)"
+        line = f"{mark} {self.title:<{width}}  {more}{note}".rstrip() + "\n"
+        if result.recording and not result.passed:
+            line += f"    {replay_command(result)}\n"
+        return line
+
+
+def replay_command(result: TrialResult) -> str:
+    """The command that shows the recording of a failed trial, at the moment of its failure."""
+    import shlex  # rarely needed: start-up time
+
+    at = "" if result.failed_at is None else f" --at {max(0.0, result.failed_at - 1.0):.1f}"
+    return f"kbot view {shlex.quote(result.recording)}{at}"
+
+
+def _number(measure: MeasureResult) -> str:
+    unit = f" {measure.unit}" if measure.unit else ""
+    return f"{measure.name} {measure.value:.4g}{unit}"
+
+
+def _paint(text: str, tone: str, color: bool) -> str:
+    return f"\x1b[{tone}m{text}\x1b[0m" if color else text

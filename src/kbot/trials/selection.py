@@ -1,0 +1,274 @@
+"""What to try: the scenarios of files, and batteries for robots, as tasks of a pool."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from kbot.model.load import SHIPPED_NAME
+from kbot.text import DescriptionError, KbotError
+from kbot.text.suggest import did_you_mean, suggest_or_list
+from kbot.trials.formats import summary_of
+from kbot.trials.places import ROBOT_SUFFIXES, find_robot, robot_of_folder
+from kbot.trials.pool import Outcome, Pool, Task, load_once, sentence
+from kbot.trials.scenario import RobotSource, Scenario
+from kbot.trials.scenario_file import (
+    SUFFIXES,
+    FoundScenario,
+    find_scenario_files,
+    python_scenarios,
+    yaml_scenarios,
+)
+from kbot.trials.trial import first_error
+from kbot.worker import WorkerLimits
+from kbot.xacro import PackageNotFound, Packages
+
+ALL = "all"
+"""The word for all batteries."""
+
+
+def _batteries() -> Any:  # noqa: ANN401 - a module
+    if find_spec("kbot.trials.batteries") is None:
+        raise KbotError("there are no built-in batteries yet. Name a scenario file")
+    return import_module("kbot.trials.batteries")
+
+
+@dataclass(frozen=True, slots=True)
+class Changes:
+    """What the command line changes in scenarios.
+
+    values    xacro arguments or top-level properties of the robot, by name
+    packages  folders in which packages are searched first
+    seeds     instead of the scenarios' own
+    """
+
+    values: Mapping[str, str] = field(default_factory=dict)
+    packages: tuple[str, ...] = ()
+    seeds: tuple[int, ...] = ()
+
+    def robot(self, source: RobotSource) -> RobotSource:
+        kept = {name: value for name, value in source.properties.items() if name not in self.values}
+        arguments = {**source.arguments, **self.values}
+        return replace(
+            source, arguments=arguments, properties=kept, packages=(*self.packages, *source.packages)
+        )
+
+
+@dataclass
+class Selection:
+    """Tasks in order, and the errors of files from which no task could be made."""
+
+    tasks: list[Task] = field(default_factory=list)
+    errors: list[KbotError] = field(default_factory=list)
+
+    def add_failed(self, name: str, error: str, robot: str = "") -> None:
+        """Add a trial that cannot run."""
+        self.tasks.append(Task(Scenario(name, 1.0), robot=robot, error=error))
+
+
+def select_scenarios(pool: Pool, paths: Iterable[str], changes: Changes) -> Selection:
+    """The trials of scenario files and of folders of them."""
+    chosen = Selection()
+    for path in paths:
+        try:
+            files = find_scenario_files(_scenario_path(path))
+        except KbotError as error:
+            chosen.errors.append(error)
+            continue
+        for found in _read(pool, files, chosen):
+            scenario = found.scenario
+            if scenario.robot is not None:
+                scenario = replace(scenario, robot=changes.robot(scenario.robot))
+            chosen.tasks += _tasks(replace(found, scenario=scenario), changes)
+    return chosen
+
+
+def select_batteries(
+    pool: Pool, robots: Sequence[str], batteries: Sequence[str], changes: Changes
+) -> Selection:
+    """The trials of batteries with robots. A battery is the name of a built-in one, `all`, or a file.
+
+    The robots are read in other processes, with the limits for files of strangers.
+
+    Raises:
+        KbotError: there is no such battery.
+    """
+    chosen = Selection()
+    parts: list[str | FoundScenario] = []
+    for word in batteries:
+        if word.endswith(SUFFIXES) or Path(word).is_dir():
+            failed = Selection()
+            parts += _read(pool, find_scenario_files(_scenario_path(word)), failed)
+            if failed.errors:
+                raise failed.errors[0]
+        elif word == ALL or word in _batteries().BATTERIES:
+            parts.append(word)
+        else:
+            known = [ALL, *_batteries().BATTERIES]
+            raise KbotError(
+                f"there is no battery and no scenario file '{word}': {suggest_or_list(word, known)}"
+            )
+    requests = [
+        _Request(path, changes, tuple(each for each in parts if isinstance(each, str))) for path in robots
+    ]
+    outcomes = pool.map(_prepare, requests, lambda _: WorkerLimits().seconds)
+    for path, outcome in zip(robots, outcomes, strict=True):
+        if outcome is None:  # Ctrl-C
+            continue
+        if outcome.value is None:
+            for name in _names(parts):
+                chosen.add_failed(name, sentence(outcome.error, "loading the robot"), path)
+            continue
+        for each in parts:
+            made = outcome.value.of[each] if isinstance(each, str) else [each]
+            for found in made:
+                scenario = replace(found.scenario, robot=outcome.value.robot)
+                chosen.tasks += _tasks(replace(found, scenario=scenario), changes, path)
+    return chosen
+
+
+@dataclass(frozen=True)
+class _Request:
+    """A robot as it was typed, and the built-in batteries to make for it."""
+
+    path: str
+    changes: Changes
+    batteries: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """A robot that can be loaded, and its batteries by their names."""
+
+    robot: RobotSource
+    of: Mapping[str, list[FoundScenario]]
+
+
+def _prepare(request: _Request) -> _Prepared:
+    """Find and read a robot, in a process of the pool."""
+    source = request.changes.robot(RobotSource(_robot_path(request.path)))
+    robot = load_once(source)
+    made = {
+        name: _batteries().all_batteries(robot) if name == ALL else [_batteries().battery(name, robot)]
+        for name in request.batteries
+    }
+    return _Prepared(
+        source, {name: [FoundScenario(each, "") for each in found] for name, found in made.items()}
+    )
+
+
+def _names(parts: Iterable[str | FoundScenario]) -> list[str]:
+    """The names of scenarios, also if they cannot be made because there is no robot."""
+    names: list[str] = []
+    for each in parts:
+        names += (
+            list(_batteries().BATTERIES)
+            if each == ALL
+            else [each if isinstance(each, str) else each.scenario.name]
+        )
+    return names
+
+
+def _tasks(found: FoundScenario, changes: Changes, robot: str = "") -> list[Task]:
+    scenario = found.scenario
+    return [
+        Task(scenario, seed, found.python_file, found.index, robot=robot)
+        for seed in changes.seeds or scenario.seeds
+    ]
+
+
+def _read(pool: Pool, files: Sequence[str], chosen: Selection) -> list[FoundScenario]:
+    """The scenarios of files. Those with errors are added to `chosen` as failed ones."""
+    python = [file for file in files if file.endswith(".py")]
+    outcomes = dict(
+        zip(python, pool.map(python_scenarios, python, lambda _: WorkerLimits().seconds), strict=True)
+    )
+    found: list[FoundScenario] = []
+    for file in files:
+        if file in outcomes:
+            found += _python(file, outcomes[file], chosen)
+            continue
+        try:
+            scenarios, unusable, errors = yaml_scenarios(file)
+        except DescriptionError as error:
+            chosen.errors.append(error)
+            continue
+        found += [FoundScenario(each, file) for each in scenarios]
+        if errors:
+            chosen.errors.append(DescriptionError(errors))
+        for name in unusable:
+            chosen.add_failed(name, first_error(DescriptionError(errors)))
+    return found
+
+
+def _python(
+    file: str, outcome: Outcome[list[FoundScenario]] | None, chosen: Selection
+) -> list[FoundScenario]:
+    if outcome is None:  # Ctrl-C
+        return []
+    if outcome.value is None:
+        error = sentence(outcome.error, file)
+        chosen.errors.append(
+            outcome.error if isinstance(outcome.error, DescriptionError) else KbotError(error)
+        )
+        chosen.add_failed(Path(file).name, error)
+        return []
+    return outcome.value
+
+
+def _scenario_path(word: str) -> str:
+    """The path of scenario files that was typed. Raises KbotError for a robot, with what to type instead."""
+    path = Path(word)
+    if word == SHIPPED_NAME or path.suffix in ROBOT_SUFFIXES or _has_only_robots(word):
+        raise KbotError(
+            f"{word} is a robot. To try it with the built-in scenarios, use kbot try {word} --battery all. "
+            f"For your own scenarios, write a file such as drive.scenario.yaml with robot: {word}"
+        )
+    if not path.exists():
+        near = did_you_mean(path.name, [each.name for each in path.parent.glob("*")])
+        raise KbotError(f"there is no file or folder {word}" + (f": {near}" if near else ""))
+    if path.is_file() and not word.endswith(SUFFIXES):
+        raise KbotError(f"{word} is not a scenario file: their names end in {', '.join(SUFFIXES)}")
+    return word
+
+
+def _has_only_robots(word: str) -> bool:
+    """Whether a word is a package or folder with robots, but without scenario files."""
+    try:
+        folder = word if Path(word).exists() else _package(word)
+        if not folder or not Path(folder).is_dir():
+            return False
+        find_scenario_files(folder)
+    except KbotError:
+        return (Path(folder) / "package.xml").is_file() or _has_robot(folder)
+    return folder != word
+
+
+def _has_robot(folder: str) -> bool:
+    return any(path.suffix in (".xacro", ".urdf") for path in Path(folder).rglob("*"))
+
+
+def _robot_path(word: str) -> str:
+    """The robot's file that was typed: a file, a folder, the name of a package, or `kbot`."""
+    if not Path(word).exists() and (folder := _package(word)):
+        return robot_of_folder(folder)
+    return find_robot(word, Path())
+
+
+def _package(word: str) -> str:
+    """The folder of the package with this name, or an empty text."""
+    if not word.replace("_", "").isalnum() or word == SHIPPED_NAME:
+        return ""
+    try:
+        return Packages().find(word)
+    except PackageNotFound:
+        return ""
+
+
+def battery_texts() -> dict[str, str]:
+    """The built-in batteries by name, with one line each."""
+    return {name: summary_of(function) for name, function in _batteries().BATTERIES.items()}
