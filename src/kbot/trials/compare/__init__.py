@@ -1,0 +1,1 @@
+"""Compares two robots: how their behaviour differs, and which edits of their sources are the causes."""

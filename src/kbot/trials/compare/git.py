@@ -1,0 +1,232 @@
+"""Reads the files of a git revision, without running anything that a repository configures.
+
+`git archive` and `git checkout` would run the smudge filters that attributes and configuration name, leave
+out files with `export-ignore`, and change texts with `export-subst`. A repository that was downloaded as an
+archive brings its own configuration, so such a filter is a stranger's program. Therefore this module only
+asks for revisions, lists trees and reads blobs (`rev-parse`, `ls-tree`, `cat-file --batch`). These use
+neither attributes nor hooks. The options and variables below turn off the rest: a file system monitor,
+hooks, repositories that are hidden in folders, and fetching missing objects by a configured program.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO
+
+from kbot.text import KbotError
+from kbot.text.suggest import did_you_mean
+
+_OPTIONS = (
+    "--no-pager",
+    "-c", "core.fsmonitor=false",
+    "-c", f"core.hooksPath={os.devnull}",
+    "-c", "safe.bareRepository=explicit",
+    "-c", "protocol.allow=never",
+)  # fmt: skip
+_VARIABLES = {
+    "GIT_NO_LAZY_FETCH": "1",
+    "GIT_ALLOW_PROTOCOL": "",
+    "GIT_OPTIONAL_LOCKS": "0",
+    "GIT_TERMINAL_PROMPT": "0",
+    "GIT_NO_REPLACE_OBJECTS": "1",
+    "LC_ALL": "C",
+}
+_MOST_BYTES = 100_000_000
+"""Size of the largest file that is extracted. Meshes and texts that KBot reads are smaller."""
+_MOST_ALL = 4_000_000_000
+"""Size of all extracted files."""
+_MOST_FILES = 200_000
+_FILE, _LINK = ("100644", "100755", "100664"), "120000"
+_NOT_ON_WINDOWS = re.compile(r'[<>:"|?*\\]')
+_POINTER = b"version https://git-lfs.github.com/spec/v1\n"
+_OBJECT = re.compile(rb"^oid sha256:([0-9a-f]{64})$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Repository:
+    """A git repository. `top` is its folder, and `prefix` the path from there to the working directory, empty
+    or with a slash at its end."""
+
+    top: str
+    prefix: str
+
+    @classmethod
+    def around(cls, folder: str) -> Repository:
+        """The repository that contains a folder.
+
+        Raises:
+            KbotError: there is none, git refuses it, or git is not installed.
+        """
+        found = _git(folder, "rev-parse", "--show-toplevel", "--show-prefix")
+        if found.returncode:
+            reason = _reason(found)
+            if "not a git repository" in reason:
+                raise KbotError(f"{folder} is not in a git repository, so that it has no revisions")
+            raise KbotError(f"git does not read the repository at {folder}: {reason}")
+        top, prefix, *_ = [*os.fsdecode(found.stdout).split("\n"), ""]
+        return cls(os.path.realpath(top), prefix)
+
+    def commit(self, revision: str) -> str:
+        """The object name of a revision's commit.
+
+        Raises:
+            KbotError: there is no such revision.
+        """
+        if revision.startswith("-"):  # git would take it for an option
+            raise KbotError(f"'{revision}' is not a git revision")
+        found = _git(self.top, "rev-parse", "--verify", f"{revision}^{{commit}}")
+        if found.returncode == 0:
+            return found.stdout.decode().strip()
+        listed = _git(self.top, "for-each-ref", "--format=%(refname:short)", "refs/heads", "refs/tags")
+        names = os.fsdecode(listed.stdout).split()
+        hint = did_you_mean(revision, names)
+        reason = _reason(found)
+        reason = "" if "Needed a single revision" in reason else reason
+        raise KbotError(f"there is no git revision '{revision}': {hint or reason or _known(names)}")
+
+    def object(self, digest: str) -> Path:
+        """Where Git LFS keeps the file with this SHA-256 digest."""
+        found = _git(self.top, "rev-parse", "--git-common-dir")
+        folder = Path(self.top, os.fsdecode(found.stdout).strip())
+        return folder / "lfs" / "objects" / digest[:2] / digest[2:4] / digest
+
+
+def extract(repository: Repository, commit: str, folder: str) -> list[str]:
+    """Write the files of a commit to a folder. Returns their paths from the top of the repository.
+
+    Submodules have no files in a commit. Symbolic links out of the tree are left out, and so are names that
+    would leave the folder.
+
+    Raises:
+        KbotError: the commit is too large, an object is missing, or the files cannot be written.
+    """
+    listed = _git(repository.top, "ls-tree", "-r", "-z", "-l", "--full-tree", commit)
+    if listed.returncode:
+        raise KbotError(f"git cannot read the revision: {_reason(listed)}")
+    files, links = list[tuple[str, str]](), list[tuple[str, str]]()
+    size = 0
+    for entry in listed.stdout.split(b"\0"):
+        about, _, name = entry.partition(b"\t")
+        if not name:
+            continue
+        mode, _, blob, length = about.decode().split()
+        path = os.fsdecode(name)
+        number = int(length) if length.isdigit() else 0  # `BAD` for a missing object
+        if not _stays_inside(path) or number > _MOST_BYTES:
+            continue
+        size += number
+        if mode in _FILE:
+            files.append((path, blob))
+        elif mode == _LINK:
+            links.append((path, blob))
+    if size > _MOST_ALL or len(files) + len(links) > _MOST_FILES:
+        raise KbotError(
+            f"the revision has {len(files)} files with {size / 1e9:.1f} GB, too many to compare. "
+            "Compare two files instead"
+        )
+    try:
+        _write(repository, folder, files, links)
+    except OSError as error:
+        raise KbotError(f"the revision cannot be extracted to {folder}: {error.strerror}") from None
+    return [path for path, _ in (*files, *links)]
+
+
+def _write(
+    repository: Repository, folder: str, files: Sequence[tuple[str, str]], links: Sequence[tuple[str, str]]
+) -> None:
+    with TemporaryFile() as names:
+        names.write("".join(f"{blob}\n" for _, blob in (*files, *links)).encode())
+        names.seek(0)
+        process = subprocess.Popen(
+            _command("cat-file", "--batch"),
+            cwd=repository.top, env=_environment(), stdin=names, stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        with process:
+            assert process.stdout is not None  # it is a pipe
+            try:
+                for path, _ in files:
+                    data = _blob(process.stdout, path)
+                    target = Path(folder, path)
+                    target.parent.mkdir(parents=True, exist_ok=True)
+                    target.write_bytes(_without_pointer(repository, data))
+                # links come last, so that no file is written through one
+                for path, _ in links:
+                    _link(Path(folder), path, os.fsdecode(_blob(process.stdout, path)))
+            finally:
+                process.kill()
+
+
+def _blob(stream: IO[bytes], path: str) -> bytes:
+    """The next object in the output of `git cat-file --batch`."""
+    words = stream.readline().split()
+    data = stream.read(int(words[2])) if len(words) == 3 else b""
+    if len(words) != 3 or len(data) != int(words[2]):
+        raise KbotError(
+            f"git does not have the content of {path} in this revision: run git fetch, and then try again"
+        )
+    stream.read(1)  # the line end after the object
+    return data
+
+
+def _link(folder: Path, path: str, goal: str) -> None:
+    """A symbolic link to a file in the same tree. Windows may forbid links, and then it is left out."""
+    place = folder / path
+    inside = (place.parent / goal).resolve()
+    if Path(goal).is_absolute() or not inside.is_relative_to(folder) or place.exists():
+        return
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with suppress(OSError, NotImplementedError):
+        place.symlink_to(goal)
+
+
+def _without_pointer(repository: Repository, data: bytes) -> bytes:
+    """The file that a pointer of Git LFS stands for, if it was fetched."""
+    found = _OBJECT.search(data) if data.startswith(_POINTER) else None
+    if found is not None:
+        with suppress(OSError):
+            return repository.object(found[1].decode()).read_bytes()
+    return data
+
+
+def _stays_inside(path: str) -> bool:
+    """Whether a name in a tree is below the tree's folder. A damaged or malicious tree may have others."""
+    parts = path.split("/")
+    if any(part in ("", ".", "..") or part.lower() == ".git" for part in parts):
+        return False
+    return os.name != "nt" or not _NOT_ON_WINDOWS.search(path)
+
+
+def _git(folder: str, *arguments: str) -> subprocess.CompletedProcess[bytes]:
+    try:
+        return subprocess.run(
+            _command(*arguments), cwd=folder, env=_environment(), stdin=subprocess.DEVNULL,
+            capture_output=True, check=False,
+        )  # fmt: skip
+    except FileNotFoundError:
+        raise KbotError("git is not installed: install it, or compare two files") from None
+
+
+def _command(*arguments: str) -> list[str]:
+    return ["git", *_OPTIONS, *arguments]
+
+
+def _environment() -> dict[str, str]:
+    return {**os.environ, **_VARIABLES}
+
+
+def _reason(found: subprocess.CompletedProcess[bytes]) -> str:
+    """The first line of git's error, without the word in front of it."""
+    first = found.stderr.decode("utf-8", "replace").strip().split("\n")[0]
+    return re.sub(r"^(fatal|error): ", "", first)
+
+
+def _known(names: Sequence[str]) -> str:
+    return f"the branches and tags are {', '.join(names[:6])}" if names else "the repository has no commits"

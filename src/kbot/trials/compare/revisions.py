@@ -1,0 +1,204 @@
+"""What `kbot compare` compares: robot files, packages, recordings, and git revisions of a file or package."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from kbot.checks.folder_files import entry_points
+from kbot.model.load import SHIPPED_NAME, Loaded, load_robot, resolve_robot_path
+from kbot.record.names import is_recording
+from kbot.text import DescriptionError, KbotError
+from kbot.text.suggest import did_you_mean
+from kbot.trials.compare.git import Repository, extract
+from kbot.xacro import Packages
+from kbot.xacro.assignments import Assignments, resolve_names
+from kbot.xacro.packages import package_around
+
+_ROBOT = (".xacro", ".urdf")
+_REVISION = re.compile(r"(?P<revision>[^:]+):(?P<path>.*)", re.DOTALL)
+_DRIVE = re.compile(r"[A-Za-z]:[\\/]")
+_TRIED = 100
+"""Files of a package that are loaded to find its robot."""
+_LISTED = 8
+"""Robots of a package that an error names."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """A robot's description: a file on disk, or of a git revision that was extracted.
+
+    name          as the user wrote it
+    file          the robot's file
+    values        typed `name:=value`: xacro arguments, or else top-level properties
+    package_path  where packages are searched first
+    tree          the folder with the extracted revision, empty for a file on disk
+    top           the repository's folder on disk, for an extracted revision
+    """
+
+    name: str
+    file: str
+    values: Mapping[str, str] = field(default_factory=dict)
+    package_path: tuple[str, ...] = ()
+    tree: str = ""
+    top: str = ""
+
+    def given(self) -> Assignments:
+        """The arguments and properties that the values set.
+
+        Raises:
+            DescriptionError: the description does not have one of the names.
+        """
+        return resolve_names(self.file, self.values, self.packages()).require()
+
+    def load(self, given: Assignments | None = None, packages: Packages | None = None) -> Loaded:
+        """Expand and read the robot. Errors in the description are diagnostics. Raises as `given` does."""
+        assigned, found = given or self.given(), packages or self.packages()
+        return load_robot(self.file, assigned.arguments, assigned.properties, found)
+
+    def packages(self) -> Packages:
+        """Finds the robot's packages, and caches the results."""
+        return Packages(self.package_path, self.file)
+
+    def shown(self, path: str) -> str:
+        """The path of a file as reports name it: where it is in the working directory, also if it was
+        extracted from a revision."""
+        place = Path(absolute(path))
+        if self.tree and place.is_relative_to(self.tree):
+            place = Path(self.top) / place.relative_to(self.tree)
+        here = Path.cwd()
+        return place.relative_to(here).as_posix() if place.is_relative_to(here) else str(place)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recording. `name` is its path."""
+
+    name: str
+
+
+def absolute(path: str | os.PathLike[str]) -> str:
+    """An absolute path without `..`. Symbolic links are not resolved."""
+    return os.path.normpath(Path(path).absolute())
+
+
+@contextmanager
+def opened(
+    word: str, values: Mapping[str, str] | None = None, package_path: Sequence[str] = ()
+) -> Iterator[Description | Recording]:
+    """The robot or recording that a word on the command line names.
+
+    The word is a file, the folder or name of a package, a recording, or a git revision with the path of a
+    file or folder: `main:urdf/robot.xacro`. `HEAD~1:` is the package in the working directory. A revision is
+    extracted as a whole, so that files and packages that the robot uses are of the same revision. The
+    extracted files exist until the block ends.
+
+    Raises:
+        KbotError: there is no such file, package or revision, or a package has none or several robots.
+    """
+    given = dict(values or {})
+    match = None if Path(word).exists() or _DRIVE.match(word) else _REVISION.fullmatch(word)
+    if match is None:
+        yield _on_disk(word, given, package_path)
+        return
+    repository = Repository.around(str(Path.cwd()))
+    commit = repository.commit(match["revision"])
+    with TemporaryDirectory(prefix="kbot-compare-", ignore_cleanup_errors=True) as folder:
+        tree = os.path.realpath(folder)  # on macOS the folder of temporary files is a link
+        paths = extract(repository, commit, tree)
+        place = _in_revision(repository, match["revision"], match["path"], paths)
+        file, places = str(Path(tree, place)), (tree, *package_path)
+        if Path(file).is_dir():
+            file = _only_robot(file, places, lambda path: f"{match['revision']}:{_relative(path, tree)}")
+        # the revision's packages come before those that ROS's variables and the working directory have
+        own = [package for package in _own(file) if Path(package).is_relative_to(tree)]
+        yield Description(word, file, given, (*own, *places), tree, repository.top)
+
+
+def _on_disk(word: str, values: dict[str, str], package_path: Sequence[str]) -> Description | Recording:
+    if is_recording(word):
+        return Recording(word)
+    file = resolve_robot_path(word)
+    if word != SHIPPED_NAME and not Path(word).exists() and not _looks_like_a_path(word):
+        folder = Packages(package_path).folder(word)
+        if folder is None:
+            raise KbotError(f"{word} is not a file, a package, a recording or a git revision (REVISION:PATH)")
+        file = folder
+    if Path(file).is_dir():
+        file = _only_robot(file, package_path, str)
+    return Description(word, file, values, (*_own(file), *package_path))
+
+
+def _looks_like_a_path(word: str) -> bool:
+    return word.endswith(_ROBOT) or "/" in word or os.sep in word
+
+
+def _own(file: str) -> tuple[str, ...]:
+    """The package that contains a file. The other robot may have a package of the same name, and ROS's
+    variables may name a third."""
+    package = package_around(Path(absolute(file)).parent)
+    return () if package is None else (str(package),)
+
+
+def _only_robot(folder: str, package_path: Sequence[str], shown: Callable[[str], str]) -> str:
+    """The robot of a package: its only description that is a whole robot and that no other file includes."""
+    try:
+        robots = [file for file in entry_points(folder) if file.endswith(_ROBOT)]
+    except DescriptionError:
+        robots = []
+    robots = sorted({*robots, *_of_includes(folder, package_path)})
+    if not robots:
+        raise KbotError(f"the folder {shown(folder)} contains no robot (.xacro or .urdf)")
+    if len(robots) > 1:
+        names = ", ".join(map(shown, robots[:_LISTED])) + (", …" if len(robots) > _LISTED else "")
+        raise KbotError(f"the folder {shown(folder)} contains {len(robots)} robots. Choose one: {names}")
+    return robots[0]
+
+
+def _of_includes(folder: str, package_path: Sequence[str]) -> Iterator[str]:
+    """The descriptions of a folder that are a whole robot only with the files that they include."""
+    files = (str(file) for file in Path(folder).rglob("*") if file.name.endswith(_ROBOT))
+    loaded = {
+        file: load_robot(file, packages=Packages((*_own(file), *package_path)))
+        for file in sorted(files)[:_TRIED]
+    }
+    used = {absolute(name) for found in loaded.values() for name in found.expansion.dependencies}
+    for file, found in loaded.items():
+        if not found.has_errors and found.expansion.dependencies and absolute(file) not in used:
+            yield file
+
+
+def _in_revision(repository: Repository, revision: str, path: str, paths: Sequence[str]) -> str:
+    """A path from the top of the repository. Like git, `path` is relative to the top; if there is no such
+    path, or if it begins with `./`, it is relative to the working directory."""
+    written = path.replace("\\", "/") if os.name == "nt" else path
+    here = repository.prefix
+    folders = {""} | {parent for name in paths for parent in _parents(name)}
+    candidates = [written] if written and not written.startswith(("./", "../")) else []
+    for candidate in (*candidates, f"{here}{written}"):
+        name = os.path.normpath(candidate or ".").replace(os.sep, "/")
+        name = "" if name == "." else name
+        if name in folders or name in paths:
+            return name
+    base = written.rpartition("/")[2]
+    same = [name for name in paths if name.rpartition("/")[2] == base][:3]
+    listed = " or ".join(f"'{name}'" for name in same)
+    hint = f"did you mean {listed}?" if base and same else did_you_mean(written, paths)
+    where = written or here.rstrip("/") or "."
+    raise KbotError(f"{where} does not exist in the revision {revision}" + (f": {hint}" if hint else ""))
+
+
+def _parents(name: str) -> Iterator[str]:
+    while "/" in name:
+        name = name.rpartition("/")[0]
+        yield name
+
+
+def _relative(path: str, tree: str) -> str:
+    relative = os.path.relpath(path, tree).replace(os.sep, "/")
+    return "" if relative == "." else relative

@@ -1,0 +1,276 @@
+"""What A and B may be, and what a stranger's repository cannot do."""
+
+import os
+import shutil
+import subprocess
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from kbot.model.load import SHIPPED_PACKAGE
+from kbot.text import KbotError
+from kbot.text.notes import notes_sent_to
+from kbot.trials.compare import git as git_module
+from kbot.trials.compare.revisions import Description, Recording, opened
+
+ROBOT = '<robot name="{0}"><link name="{0}"/></robot>\n'
+MAIN = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="$(find parts)/part.xacro"/>
+</robot>
+"""
+
+
+def git(folder: Path, *arguments: str) -> str:
+    names = ("-c", "user.name=t", "-c", "user.email=t@example.org", "-c", "init.defaultBranch=main")
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("GIT_")}
+    done = subprocess.run(
+        ["git", *names, *arguments], cwd=folder, env=environment, check=True, capture_output=True, text=True
+    )
+    return done.stdout
+
+
+def commit(folder: Path, message: str = "change") -> None:
+    git(folder, "add", "-A")
+    git(folder, "commit", "-q", "-m", message)
+
+
+def package(folder: Path, name: str, **files: str) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(f"<package><name>{name}</name></package>")
+    for file, text in files.items():
+        path = folder / file.replace("__", "/").replace("_x", ".x").replace("_u", ".u")
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    return folder
+
+
+@pytest.fixture
+def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, no_packages: None) -> Path:
+    """Two packages in a repository with two commits, and a change in the working directory. The robot has one
+    link, from a file of the other package."""
+    top = tmp_path / "elsewhere" / "repository"
+    package(top / "src" / "robot", "robot", urdf__robot_xacro=MAIN)
+    package(top / "src" / "parts", "parts", part_xacro=ROBOT.format("first"))
+    git(top, "init", "-q")
+    commit(top)
+    git(top, "tag", "v1")
+    for name in ("second", "unsaved"):
+        (top / "src" / "parts" / "part.xacro").write_text(ROBOT.format(name))
+        if name == "second":
+            commit(top)
+    monkeypatch.chdir(top)
+    return top
+
+
+def links(word: str, **values: str) -> list[str]:
+    with opened(word, values) as description:
+        assert isinstance(description, Description)
+        return [*description.load().require().links]
+
+
+@pytest.mark.parametrize(
+    ("folder", "word", "expected"),
+    [
+        (".", "HEAD~1:src/robot/urdf/robot.xacro", "first"),
+        (".", "HEAD~1:src/robot", "first"),
+        (".", "v1:src/robot/", "first"),
+        (".", "main:src/robot/urdf/robot.xacro", "second"),
+        (".", "src/robot", "unsaved"),
+        (".", "src/robot/urdf/robot.xacro", "unsaved"),
+        (".", "robot", "unsaved"),
+        ("src/robot", "HEAD~1:", "first"),
+        ("src/robot", "HEAD:", "second"),
+        ("src/robot", "HEAD~1:./urdf/robot.xacro", "first"),
+        # git's rule is the top, but nobody means a path that does not exist
+        ("src/robot", "HEAD~1:urdf/robot.xacro", "first"),
+        ("src/robot", ".", "unsaved"),
+        ("src", "HEAD:../src/robot", "second"),
+    ],
+)
+def test_a_revision_uses_its_own_files_and_packages(
+    repository: Path, monkeypatch: pytest.MonkeyPatch, folder: str, word: str, expected: str
+):
+    monkeypatch.chdir(repository / folder)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(repository / "src"))
+    assert links(word) == [expected]
+
+
+def test_the_files_of_a_revision_are_removed_also_after_an_error(repository: Path):
+    trees = []
+    with opened("v1:src/robot") as description:
+        assert isinstance(description, Description)
+        assert Path(description.file).is_file()
+        assert description.shown(description.file) == "src/robot/urdf/robot.xacro"
+        trees.append(description.tree)
+    with suppress(ZeroDivisionError), opened("v1:src/robot") as description:
+        assert isinstance(description, Description)
+        trees.append(description.tree)
+        raise ZeroDivisionError
+    assert not any(Path(tree).exists() for tree in trees)
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("mian:src/robot", "there is no git revision 'mian': did you mean 'main'?"),
+        ("release/7:src/robot", "there is no git revision 'release/7': the branches and tags are main, v1"),
+        ("--help:src", "'--help' is not a git revision"),
+        ("v1:src/robt", "src/robt does not exist in the revision v1"),
+        ("v1:robot.xacro", "does not exist in the revision v1: did you mean 'src/robot/urdf/robot.xacro'?"),
+        ("v1:src/robot/urdf/robt.xacro", "revision v1: did you mean 'src/robot/urdf/robot.xacro'?"),
+        ("v1:../outside", "../outside does not exist in the revision v1"),
+        ("nowhere", "nowhere is not a file, a package, a recording or a git revision (REVISION:PATH)"),
+    ],
+)  # fmt: skip
+def test_what_does_not_exist(repository: Path, word: str, message: str):
+    with pytest.raises(KbotError) as raised, opened(word):
+        pass
+    assert message in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_package_needs_exactly_one_robot(repository: Path):
+    other = repository / "src" / "robot" / "urdf" / "other.urdf"
+    other.write_text(ROBOT.format("other"))
+    with pytest.raises(KbotError, match=r"src/robot contains 2 robots. Choose one: \S+r.urdf, \S+t.xacro"):
+        links("src/robot")
+    commit(repository)
+    with pytest.raises(KbotError, match=r"Choose one: HEAD:src/robot/urdf/other.urdf, HEAD:src/robot"):
+        links("HEAD:src/robot")
+    (repository / "empty").mkdir()
+    with pytest.raises(KbotError, match="the folder empty contains no robot"):
+        links("empty")
+
+
+def test_outside_a_repository(tmp_path: Path, no_packages: None):
+    with pytest.raises(KbotError, match=r"elsewhere is not in a git repository, so that it has no revisions"):
+        links("main:robot.xacro")
+
+
+def test_without_git(repository: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(KbotError, match="git is not installed: install it, or compare two files"):
+        links("main:src/robot")
+
+
+def test_a_file_with_a_colon_and_a_drive_letter_are_not_revisions(tmp_path: Path, no_packages: None):
+    Path("v1:robot.urdf").write_text(ROBOT.format("colon"))
+    assert links("v1:robot.urdf") == ["colon"]
+    for word in ("C:\\robots\\robot.urdf", "C:/robots/robot.urdf"):
+        with opened(word) as description:
+            assert isinstance(description, Description)
+            assert (description.file, description.tree) == (word, "")
+
+
+def test_recordings_are_recognised(tmp_path: Path, no_packages: None):
+    Path("bag").mkdir()
+    Path("bag/bag_0.db3").touch()
+    for word in ("run.mcap", "run.bag", "bag"):
+        with opened(word) as found:
+            assert found == Recording(word)
+
+
+def test_the_shipped_robot_and_its_values(no_packages: None):
+    assert "lidar_link" in links("kbot", lidar="true")
+    assert links(str(SHIPPED_PACKAGE)) == links("kbot")
+    with pytest.raises(KbotError, match="there is no argument or top-level property 'lider'"):
+        links("kbot", lider="true")
+
+
+def test_two_copies_of_a_package_use_their_own_files(
+    tmp_path: Path, no_packages: None, monkeypatch: pytest.MonkeyPatch
+):
+    texts = {"a": "a", "b": "b"}
+    for name in texts:
+        main = MAIN.replace("$(find parts)", "$(find robot)/urdf")
+        package(
+            tmp_path / name / "robot", "robot", urdf__robot_xacro=main, urdf__part_xacro=ROBOT.format(name)
+        )
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "a"))
+    notes: list[str] = []
+    with notes_sent_to(notes.append):
+        assert [links(str(tmp_path / name / "robot")) for name in texts] == [["a"], ["b"]]
+    assert notes == []
+
+
+# --- strangers' repositories ---------------------------------------------------------------------
+
+
+def test_nothing_that_a_repository_configures_runs(repository: Path, tmp_path: Path):
+    """Filters, hooks, a file system monitor, a pager and an alias are programs that a repository can name."""
+    mark = tmp_path / "ran"
+    program = tmp_path / "program"
+    program.write_text(f"#!/bin/sh\ntouch {mark}\ncat\n")
+    program.chmod(0o755)
+    (repository / ".gitattributes").write_text(
+        "*.xacro filter=evil diff=evil export-subst\n*.xml export-ignore\n"
+    )
+    (repository / "src" / "parts" / "part.xacro").write_text(
+        ROBOT.format("second") + "<!-- $Format:%H$ -->\n"
+    )
+    commit(repository)
+    for name in ("filter.evil.smudge", "filter.evil.clean", "filter.evil.process", "diff.evil.textconv"):
+        git(repository, "config", name, str(program))
+    for name in ("core.fsmonitor", "core.pager", "core.sshCommand", "alias.cat-file", "tar.tar.command"):
+        git(repository, "config", name, str(program))
+    git(repository, "config", "filter.evil.required", "true")
+    hooks = repository / ".git" / "hooks"
+    for name in ("post-checkout", "reference-transaction", "post-index-change"):
+        shutil.copy(program, hooks / name)
+    mark.unlink(missing_ok=True)
+    with opened("HEAD:src/robot") as description:
+        assert isinstance(description, Description)
+        assert [*description.load().require().links] == ["second"]
+        assert "$Format:%H$" in (Path(description.tree) / "src/parts/part.xacro").read_text()
+        assert (Path(description.tree) / "src/parts/package.xml").is_file()
+    assert not mark.exists()
+
+
+def test_links_out_of_the_tree_and_names_out_of_it_are_left_out(repository: Path, tmp_path: Path):
+    (tmp_path / "secret").write_text("secret")
+    (repository / "absolute").symlink_to(tmp_path / "secret")
+    (repository / "relative").symlink_to("../../secret")
+    (repository / "src" / "folder").symlink_to("parts")
+    (repository / "src" / "parts" / "same.xacro").symlink_to("../robot/urdf/robot.xacro")
+    commit(repository)
+    with opened("HEAD:src/robot") as description:
+        assert isinstance(description, Description)
+        tree = Path(description.tree)
+        assert not (tree / "absolute").is_symlink()
+        assert not (tree / "relative").is_symlink()
+        assert (tree / "src" / "folder" / "part.xacro").is_file()
+        assert (tree / "src" / "parts" / "same.xacro").read_text() == MAIN
+    for name in ("../a", "a/../../b", "/a", "a//b", ".git/config", "a/.GIT/hooks/b", "."):
+        assert not git_module._stays_inside(name)
+    assert git_module._stays_inside("a/b..c/.gitignore")
+
+
+def test_a_missing_object_is_reported(repository: Path):
+    name = git(repository, "rev-parse", "HEAD:src/parts/part.xacro").strip()
+    (repository / ".git" / "objects" / name[:2] / name[2:]).unlink()
+    with pytest.raises(KbotError, match=r"git does not have the content of src/parts/part\.xacro"):
+        links("HEAD:src/robot")
+
+
+def test_a_mesh_of_git_lfs_is_read_where_lfs_keeps_it(repository: Path):
+    digest = "4d7a214614ab2935c943f9e0ff69d22eadbb8f32b1258daaa5e2ca24d17e2393"
+    pointer = f"version https://git-lfs.github.com/spec/v1\noid sha256:{digest}\nsize 5\n"
+    for name, kept in (("kept.stl", True), ("gone.stl", False)):
+        text = pointer if kept else pointer.replace("4d7a", "0000")
+        (repository / name).write_text(text)
+    commit(repository)
+    place = repository / ".git" / "lfs" / "objects" / "4d" / "7a"
+    place.mkdir(parents=True)
+    (place / digest).write_text("mesh\n")
+    with opened("HEAD:src/robot") as description:
+        assert isinstance(description, Description)
+        assert (Path(description.tree) / "kept.stl").read_text() == "mesh\n"
+        assert (Path(description.tree) / "gone.stl").read_text().startswith("version https://git-lfs")
+
+
+def test_a_submodule_has_no_files(repository: Path):
+    head = git(repository, "rev-parse", "HEAD").strip()
+    git(repository, "update-index", "--add", "--cacheinfo", f"160000,{head},src/module")
+    git(repository, "commit", "-q", "-m", "module")
+    assert links("HEAD:src/robot") == ["second"]
