@@ -40,7 +40,7 @@ def with_nearby_drive(robot: RobotModel, findings: DiagnosticCollector) -> Robot
     drive = find_drive(robot)
     if not isinstance(drive, DifferentialDrive):
         return robot
-    found = [found for path in _files_beside(robot) for found in _controllers(path, set(drive.joints))]
+    found = [found for path in files_beside(robot) for found in _controllers(path, set(drive.joints))]
     if len(found) != 1:
         return robot
     controller = found[0]
@@ -52,7 +52,7 @@ def with_nearby_drive(robot: RobotModel, findings: DiagnosticCollector) -> Robot
     return with_controllers(robot, found)
 
 
-def _files_beside(robot: RobotModel) -> list[Path]:
+def files_beside(robot: RobotModel) -> list[Path]:
     """The YAML files of the robot's package, and of packages beside it that have its name."""
     folders = Path(robot.origin.span.source.path).absolute().parents
     package = next((folder for folder in folders if (folder / "package.xml").is_file()), None)
