@@ -23,9 +23,11 @@ class Transform:
     Names compose from left to right: `a_from_c = a_from_b @ b_from_c`.
     """
 
-    __slots__ = ("_matrix",)
+    __slots__ = ("_matrix", "_quaternion")
 
     _matrix: Array
+    _quaternion: tuple[float, float, float, float]
+    """Computed when it is first needed: the pieces of a mesh have the same transform."""
 
     def __init__(self, matrix: ArrayLike) -> None:
         """`matrix` is homogeneous (4, 4), with an orthonormal rotation.
@@ -131,7 +133,9 @@ class Transform:
     @property
     def quaternion_xyzw(self) -> tuple[float, float, float, float]:
         """Unit quaternion x, y, z, w with w >= 0."""
-        return quaternion_xyzw_from_rotation(self.rotation)
+        if not hasattr(self, "_quaternion"):
+            object.__setattr__(self, "_quaternion", quaternion_xyzw_from_rotation(self.rotation))
+        return self._quaternion
 
     @property
     def rpy(self) -> tuple[float, float, float]:

@@ -14,7 +14,7 @@ from kbot.model import Geometry, Mesh
 from kbot.model.meshes import load_mesh
 from kbot.render.offscreen import add_triangles
 from kbot.sim import Simulation
-from kbot.sim.engine.geometry import add_shape, mesh_name, wxyz
+from kbot.sim.engine.geometry import Meshes, add_shape, mesh_name, wxyz
 from kbot.text import KbotError
 from kbot.world import Shape
 from kbot.world import TriangleMesh as WorldMesh
@@ -124,7 +124,7 @@ def _add(
                 meshname=_mesh(spec, shape),
             )
         else:
-            geom = add_shape(spec, body, shape, pose)
+            geom = add_shape(Meshes(spec), body, shape, pose)
     except KbotError:
         return
     geom.rgba = rgba

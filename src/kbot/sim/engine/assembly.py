@@ -38,9 +38,9 @@ def compile_model(
     findings = DiagnosticCollector()
     spec = mujoco.MjSpec()
     _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
-    add_world(spec, world, findings)
+    grounds = add_world(spec, world, findings)
     for plan in plans:
-        add_robot(spec, plan, findings)
+        add_robot(spec, plan, grounds, findings)
     for weld in welds:
         add_weld(spec, weld, timestep)
     findings.require()
@@ -139,7 +139,7 @@ class Assembly:
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         geoms: dict[str, list[int]] = {name: [] for name in met}
-        for geom in range(model.ngeom):
+        for geom in np.flatnonzero(model.geom_bodyid).tolist():  # the others are static shapes of the world
             geoms.setdefault(owner(model, geom).partition("/")[0], []).append(geom)
         for name, plan in met.items():
             _put_on_ground(model, data, plan, geoms[name])

@@ -66,11 +66,6 @@ def as_ground(geom: mujoco.MjsGeom) -> None:
     geom.contype, geom.conaffinity = GROUND, 0
 
 
-def is_ground(geom: mujoco.MjsGeom) -> bool:
-    """Whether a shape was made by `as_ground`."""
-    return bool(geom.contype == GROUND and geom.conaffinity == 0)
-
-
 def as_obstacle(geom: mujoco.MjsGeom, moving: bool) -> None:
     """Make an obstacle. It touches robots and moving bodies. If it moves itself, it touches everything."""
     geom.contype, geom.conaffinity = OBSTACLE, GROUND | OBSTACLE if moving else 0

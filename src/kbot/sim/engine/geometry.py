@@ -27,7 +27,7 @@ def wxyz(pose: Transform) -> tuple[float, float, float, float]:
 
 
 def add_shape(
-    spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Geometry | w.Shape, pose: Transform
+    meshes: Meshes, body: mujoco.MjsBody, shape: Geometry | w.Shape, pose: Transform
 ) -> mujoco.MjsGeom:
     """Add a shape without mass to a body at `body_from_shape`.
 
@@ -41,14 +41,14 @@ def add_shape(
     match shape:
         case w.Plane():
             size = (0.0, 0.0, 1.0)
-        case Mesh():
-            named["meshname"] = _mesh_of_file(spec, shape)
-        case w.TriangleMesh():
-            named["meshname"] = _mesh_of_points(spec, shape)
+        case Mesh() | w.TriangleMesh():
+            named["meshname"] = meshes.name(shape)
         case w.HeightField():
-            named["hfieldname"] = _add_height_field(spec, shape)
+            named["hfieldname"] = _add_height_field(meshes.spec, shape)
     full = (*size, 0.0, 0.0, 0.0)[:3]
-    geom = body.add_geom(type=kind, pos=pose.translation, quat=wxyz(pose), size=full, mass=0.0, **named)
+    geom = body.add_geom(
+        type=kind, pos=pose.translation.tolist(), quat=wxyz(pose), size=full, mass=0.0, **named
+    )
     if kind == _TYPE.mjGEOM_HFIELD:
         geom.group = TERRAIN_GROUP
     return geom
@@ -74,20 +74,35 @@ def _kind_and_size(shape: Geometry | w.Shape) -> tuple[mujoco.mjtGeom, tuple[flo
             return _TYPE.mjGEOM_MESH, ()
 
 
-def _mesh_of_file(spec: mujoco.MjSpec, mesh: Mesh) -> str:
-    if mesh.path is None:
-        raise KbotError(f"mesh {mesh.uri} not found")
-    name = f"{mesh.path} {mesh.scale}"
-    if spec.mesh(name) is None:
-        _add_mesh(spec, name, load_mesh(mesh.path).vertices * np.array(mesh.scale))
-    return name
+class Meshes:
+    """The meshes of a model. Equal meshes are added once."""
 
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        self.spec = spec
+        self._names: dict[Mesh | w.TriangleMesh, str] = {}
 
-def _mesh_of_points(spec: mujoco.MjSpec, mesh: w.TriangleMesh) -> str:
-    name = mesh_name(mesh.vertices)
-    if spec.mesh(name) is None:
-        _add_mesh(spec, name, mesh.vertices)
-    return name
+    def name(self, mesh: Mesh | w.TriangleMesh) -> str:
+        """Return the name of a mesh. Add it if the model does not have it.
+
+        Raises:
+            KbotError: the mesh cannot be read, or is flat.
+        """
+        name = self._names.get(mesh)
+        if name is None:
+            name = self._names[mesh] = self._added(mesh)
+        return name
+
+    def _added(self, mesh: Mesh | w.TriangleMesh) -> str:
+        if isinstance(mesh, w.TriangleMesh):
+            name, vertices = mesh_name(mesh.vertices), mesh.vertices
+        elif mesh.path is None:
+            raise KbotError(f"mesh {mesh.uri} not found")
+        else:
+            name = f"{mesh.path} {mesh.scale}"
+            vertices = load_mesh(mesh.path).vertices * np.array(mesh.scale)
+        if self.spec.mesh(name) is None:
+            _add_mesh(self.spec, name, vertices)
+        return name
 
 
 def mesh_name(*arrays: NDArray[np.float64] | NDArray[np.int_]) -> str:

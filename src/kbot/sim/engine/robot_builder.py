@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -18,7 +18,7 @@ from kbot.model import Collision, Link, RobotModel
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.base_servo import add_base_servo
 from kbot.sim.engine.bounds import check_bounds
-from kbot.sim.engine.geometry import add_shape, wxyz
+from kbot.sim.engine.geometry import Meshes, add_shape, wxyz
 from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, lone_links, set_inertial
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos, add_steering_servos
@@ -51,13 +51,21 @@ class RobotPlan:
         return f"{self.name}/"
 
 
-def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollector) -> None:
-    """Add a robot to the engine's model. Errors of the description go to `findings`."""
+def add_robot(
+    spec: mujoco.MjSpec,
+    plan: RobotPlan,
+    grounds: Sequence[mujoco.MjsGeom],
+    findings: DiagnosticCollector,
+) -> None:
+    """Add a robot to the engine's model, whose ground are the shapes `grounds`.
+
+    Errors of the description go to `findings`.
+    """
     robot, prefix = plan.robot, plan.prefix
     check_bounds(robot, findings)
     findings.require()
     check_masses(robot, findings)
-    shapes = _Shapes(spec, plan, findings)
+    shapes = _Shapes(spec, plan, grounds, findings)
     root = spec.worldbody.add_body(name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose))
     held, lone = held_joints(robot), lone_links(robot)
     if not is_fixed(robot):
@@ -93,8 +101,15 @@ def add_robot(spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollecto
 class _Shapes:
     """The shapes of one robot's links."""
 
-    def __init__(self, spec: mujoco.MjSpec, plan: RobotPlan, findings: DiagnosticCollector) -> None:
-        self.spec, self.plan, self.findings = spec, plan, findings
+    def __init__(
+        self,
+        spec: mujoco.MjSpec,
+        plan: RobotPlan,
+        grounds: Sequence[mujoco.MjsGeom],
+        findings: DiagnosticCollector,
+    ) -> None:
+        self.spec, self.plan, self.grounds, self.findings = spec, plan, grounds, findings
+        self.meshes = Meshes(spec)
         self.touching: list[str] = []
         self.mass = total_mass(plan.robot)
         self.tyres: dict[str, tuple[float, Transform]] = {}
@@ -159,14 +174,13 @@ class _Shapes:
             tyre.size = (tyre.size[0], _SHORT * tyre.size[0], 0.0)
             link_from_base = FrameTree(self.plan.robot).pose(self.plan.drive.base, in_frame=link.name)
             mujoco.mju_quatZ2Vec(tyre.quat, link_from_base.rotation @ wheel.axis)
-        for ground in self.spec.geoms:
-            if touch.is_ground(ground):
-                touch.add_skidding(self.spec, ground, tyre, across, along)
+        for ground in self.grounds:
+            touch.add_skidding(self.spec, ground, tyre, across, along)
 
     def _shape(self, body: mujoco.MjsBody, link: Link, collision: Collision) -> mujoco.MjsGeom | None:
         pose = Transform.of(collision.pose)
         try:
-            return add_shape(self.spec, body, collision.geometry, pose)
+            return add_shape(self.meshes, body, collision.geometry, pose)
         except KbotError as error:
             self.findings.warning(
                 "W106",

@@ -12,8 +12,9 @@ import numpy as np
 from kbot.kinematics.transform import Transform
 from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.bounds import check_world
-from kbot.sim.engine.geometry import add_shape, wxyz
+from kbot.sim.engine.geometry import Meshes, add_shape, wxyz
 from kbot.sim.engine.placing import MESH_GROUP
+from kbot.sim.engine.static_shapes import StaticShapes
 from kbot.sim.engine.world_joints import add_world_joint, stiffen
 from kbot.text import DiagnosticCollector, KbotError
 from kbot.world import world as w
@@ -23,33 +24,52 @@ PREFIX = "/"
 """Starts the engine's names of the world's bodies. Those of a robot start with its name and a slash."""
 
 
-def add_world(spec: mujoco.MjSpec, world: w.World, findings: DiagnosticCollector) -> None:
-    """Add a world's bodies and joints to the engine's model. Shapes that cannot be built go to `findings`."""
+def add_world(
+    spec: mujoco.MjSpec, world: w.World, findings: DiagnosticCollector
+) -> tuple[mujoco.MjsGeom, ...]:
+    """Add a world's bodies and joints to the engine's model, and return the shapes of its ground.
+
+    Shapes that cannot be built go to `findings`.
+    """
     check_world(world, findings)
     findings.require()
     spec.option.gravity = world.gravity
     moving_models = {body.model for body in world.bodies if not body.is_static}
     bits = _bits_of_models(world, moving_models)
     added: dict[str, tuple[mujoco.MjsBody, w.Body]] = {}
+    meshes, statics, grounds = Meshes(spec), StaticShapes(spec), list[mujoco.MjsGeom]()
     for body in world.bodies:
         own = _own_body(spec, body, moving_models, added)
         if own is not None:
             added[body.name] = own, body
         place = body.pose if own is None else Transform.identity()
         geoms = []
+        in_body, pose = None, place
         for index, part in enumerate(body.parts):
-            if part.solid:
-                geom = _add_part(spec, own or spec.worldbody, body, part, place @ part.pose, findings)
-                if geom is not None:
-                    if body.model in bits:
-                        touch.as_part_of(geom, bits[body.model])
-                    geom.name = f"{PREFIX}{body.name}#{index}"
-                    geoms.append((part, geom))
+            if not part.solid:
+                continue
+            if part.pose is not in_body:  # the pieces of a mesh have the same pose
+                in_body, pose = part.pose, place @ part.pose
+            geom = _add_part(meshes, own or statics.next_body(), body, part, pose, findings)
+            if geom is None:
+                continue
+            if body.model in bits:
+                touch.as_part_of(geom, bits[body.model])
+            name = f"{PREFIX}{body.name}#{index}"
+            if own is None:
+                statics.name(geom, name)
+            else:
+                geom.name = name
+            if part.ground and body.is_static:
+                grounds.append(geom)
+            geoms.append((part, geom))
         if body.mass is not None:
             _set_mass(own, body, body.mass, geoms)
     _exclude_within_models(spec, [body for _, body in added.values() if body.model not in bits])
     for loop in world.loops:
         _close(spec, loop, added)
+    statics.finish()
+    return tuple(grounds)
 
 
 def _own_body(
@@ -124,7 +144,7 @@ def owner(model: mujoco.MjModel, geom: int) -> str:
 
 
 def _add_part(
-    spec: mujoco.MjSpec,
+    meshes: Meshes,
     added: mujoco.MjsBody,
     body: w.Body,
     part: w.Part,
@@ -137,7 +157,7 @@ def _add_part(
         findings.warning("W106", message, part.origin or body.origin)
         return None
     try:
-        geom = add_shape(spec, added, part.shape, pose)
+        geom = add_shape(meshes, added, part.shape, pose)
     except KbotError as error:
         message = f"'{body.name}': this collision shape is ignored: {error}"
         findings.warning("W106", message, part.origin or body.origin)

@@ -345,8 +345,7 @@ class Articulation:
         for link in (self._links[full] for full in group):
             reader = self._reader(link)
             first_from_link = pose.inverse() @ link.world_from_link
-            for part in reader.parts(link.element, link.entry.frames, link.world_from_link):
-                parts.append(replace(part, pose=first_from_link @ part.pose))
+            parts += reader.parts(link.element, link.entry.frames, link.world_from_link, first_from_link)
             if not is_static:
                 mass = reader.mass(link.element).in_frame(first_from_link)
                 masses.append(mass)

@@ -28,19 +28,24 @@ class Links:
     def __init__(self, values: SdfValues, shapes: Shapes) -> None:
         self._values, self._shapes = values, shapes
 
-    def parts(self, link: Element, frames: Frames, world_from_link: Transform) -> list[Part]:
-        """Visuals and collisions in the link's frame. A visual and an equal collision become one part."""
+    def parts(
+        self, link: Element, frames: Frames, world_from_link: Transform, body_from_link: Transform
+    ) -> list[Part]:
+        """Visuals and collisions in a body's frame. A visual and an equal collision become one part."""
         name = link.attributes.get("name", "")
-        seen = [p for e in link.elements("visual") for p in self._visual(e, frames, name)]
+        seen = [p for e in link.elements("visual") for p in self._visual(e, frames, name, body_from_link)]
         touched = [
-            p for e in link.elements("collision") for p in self._collision(e, frames, name, world_from_link)
+            p
+            for e in link.elements("collision")
+            for p in self._collision(e, frames, name, world_from_link, body_from_link)
         ]
         at: dict[tuple[Shape, Transform], list[Part]] = {}
         for part in seen:
             at.setdefault((part.shape, part.pose), []).append(part)
+        visible = {part.shape for part in seen}
         parts = []
         for part in touched:
-            same = at.get((part.shape, part.pose))
+            same = at.get((part.shape, part.pose)) if part.shape in visible else None
             if same:
                 rgba = same.pop(0).rgba
                 part = Part(part.shape, part.pose, rgba, part.friction, part.ground, origin=part.origin)
@@ -69,29 +74,41 @@ class Links:
             tensor = np.eye(3)
         return MassProperties(mass, np.zeros(3), tensor).in_frame(pose)
 
-    def _visual(self, visual: Element, frames: Frames, link: str) -> list[Part]:
+    def _visual(self, visual: Element, frames: Frames, link: str, body_from_link: Transform) -> list[Part]:
         rgba = colour(visual, self._values)
         place = self._place(visual, frames, link)
         found = self._shapes.read(visual.find("geometry"), visual)
-        return [Part(s, place @ at, rgba, solid=False, origin=visual.origin) for s, at in found]
+        return [
+            Part(s, body_from_link @ (place @ at), rgba, solid=False, origin=visual.origin) for s, at in found
+        ]
 
     def _collision(
-        self, collision: Element, frames: Frames, link: str, world_from_link: Transform
+        self,
+        collision: Element,
+        frames: Frames,
+        link: str,
+        world_from_link: Transform,
+        body_from_link: Transform,
     ) -> list[Part]:
         place = self._place(collision, frames, link)
         friction = self._friction(collision)
-        return [
-            Part(
-                shape,
-                place @ at,
-                friction=friction,
-                ground=is_ground(shape, world_from_link @ place @ at),
-                visible=False,
-                origin=collision.origin,
-            )
-            for whole, at in self._shapes.read(collision.find("geometry"), collision)
-            for shape in self._touched(whole, collision)
-        ]
+        parts = []
+        for whole, at in self._shapes.read(collision.find("geometry"), collision):
+            link_from_shape = place @ at
+            body_from_shape = body_from_link @ link_from_shape
+            world_from_shape = world_from_link @ link_from_shape
+            parts += [
+                Part(
+                    shape,
+                    body_from_shape,
+                    friction=friction,
+                    ground=is_ground(shape, world_from_shape),
+                    visible=False,
+                    origin=collision.origin,
+                )
+                for shape in self._touched(whole, collision)
+            ]
+        return parts
 
     def _touched(self, shape: Shape, collision: Element) -> list[Shape]:
         """Split a mesh into convex pieces. Other shapes are returned unchanged."""
