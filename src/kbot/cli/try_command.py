@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,11 +56,12 @@ class _Reports:
 
     as_json: bool
     junit: str | None
+    html: str | None
     csv: str | None
 
     def require_writable(self) -> None:
         """End the program if a folder is missing: the trials may take long."""
-        for path in filter(None, (self.junit, self.csv)):
+        for path in filter(None, (self.junit, self.html, self.csv)):
             if not Path(path).parent.is_dir():
                 fail(f"cannot write {path}: the folder {Path(path).parent} does not exist")
 
@@ -100,6 +101,11 @@ class _Reports:
 )
 @json_option
 @click.option("--junit", metavar="FILE", help="Write the results to FILE as JUnit XML.")
+@click.option(
+    "--html",
+    metavar="FILE",
+    help="Write the results to FILE as one web page, with paths, plots, and films of the failed trials.",
+)
 @click.option(
     "--csv", metavar="FILE", help="Write a table with a row for each robot to FILE. Needs --battery."
 )
@@ -184,7 +190,7 @@ def _try(
             return UNUSABLE if selection.errors else PASSED
         if not selection.tasks and not reports.as_json:
             return INTERRUPTED if pool.interrupted else UNUSABLE
-        done = _run(pool, selection.tasks, running)
+        done = _run(pool, selection.tasks, running, with_film=reports.html is not None)
     _report(
         done, reports, begun, time.monotonic() - clock, names_robots=len(paths) > 1 and bool(choice.battery)
     )
@@ -205,11 +211,18 @@ def _select(pool: Pool, paths: Sequence[str], values: dict[str, str], choice: _C
         return select_scenarios(pool, paths, changes)
 
 
-def _run(pool: Pool, tasks: Sequence[Task], running: _Running) -> list[tuple[Task, TrialResult]]:
-    """Run the trials, and the failed ones again with a recording. After Ctrl-C, only those that are done."""
+def _run(
+    pool: Pool, tasks: Sequence[Task], running: _Running, *, with_film: bool
+) -> list[tuple[Task, TrialResult]]:
+    """Run the trials, and the failed ones again with a recording. Returns those that are done, which after
+    Ctrl-C are not all.
+
+    `with_film` keeps what a web page shows: the traces, and films of the failed trials.
+    """
     from kbot.trials.pool import run_tasks
     from kbot.trials.recordings import record_failures
 
+    tasks = [replace(task, with_trace=with_film) for task in tasks]
     with counting("running trials", len(tasks)) as advance:
         results = run_tasks(pool, tasks, lambda index, result: advance(), running.limit_time)
     done = [(task, result) for task, result in zip(tasks, results, strict=True) if result is not None]
@@ -219,7 +232,13 @@ def _run(pool: Pool, tasks: Sequence[Task], running: _Running) -> list[tuple[Tas
     folder = None if running.keep is None else Path(running.keep)
     with counting("recording failed trials", sum(not result.passed for result in found)) as advance:
         recorded = record_failures(
-            pool, ran, found, folder, lambda index, result: advance(), running.limit_time
+            pool,
+            ran,
+            found,
+            folder,
+            lambda index, result: advance(),
+            running.limit_time,
+            with_film=with_film,
         )
     return list(zip(ran, recorded, strict=True))
 
@@ -232,8 +251,6 @@ def _report(
     *,
     names_robots: bool,
 ) -> None:
-    from dataclasses import replace
-
     from kbot.trials.reports.table import summary, table
     from kbot.trials.results import to_json
 
@@ -249,6 +266,10 @@ def _report(
         from kbot.trials.reports.grades import grades
 
         write_text(reports.csv, grades((task.robot, result) for task, result in done))
+    if reports.html is not None:
+        from kbot.trials.reports.html import write_html
+
+        write_html(reports.html, results)
     if reports.as_json:
         print_json(to_json(results))
         return

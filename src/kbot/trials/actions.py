@@ -38,7 +38,12 @@ class Action(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A velocity command until the next one: m/s forwards, rad/s, and m/s to the left (holonomic bases)."""
+    """A velocity command, which applies until the next one.
+
+    linear   speed forwards in m/s
+    angular  turning speed to the left in rad/s
+    lateral  speed to the left in m/s, for holonomic bases
+    """
 
     linear: float = 0.0
     angular: float = 0.0
@@ -54,7 +59,13 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Drive to a pose in the world (m, rad), on the map of the world, for at most `timeout` s."""
+    """Drive to a pose in the world, on the map of the world.
+
+    x        position in m
+    y        position in m
+    yaw      heading in rad
+    timeout  time limit in s; by default estimated from the path
+    """
 
     x: float
     y: float
@@ -83,7 +94,11 @@ class RunScript:
 
 @dataclass(frozen=True, slots=True)
 class JointCommand:
-    """Command joints: `interface` is `position` (rad, m), `velocity` (rad/s, m/s) or `effort` (N m, N)."""
+    """Command joints.
+
+    joints     values by joint, in the units of the interface
+    interface  `position` (rad, m), `velocity` (rad/s, m/s) or `effort` (N m, N)
+    """
 
     joints: Mapping[str, float]
     interface: str = "position"
@@ -97,12 +112,17 @@ class JointCommand:
 
 @dataclass(frozen=True, slots=True)
 class Push:
-    """Push a link with a force in N, in world axes at its centre of mass, for `duration` s."""
+    """Push a link at its centre of mass.
+
+    force     x, y, z in N, in world axes
+    duration  in s
+    link      by default the base
+    torque    x, y, z in N m, in world axes
+    """
 
     force: Vector
     duration: float
     link: str | None = None
-    """By default the base."""
     torque: Vector = (0.0, 0.0, 0.0)
 
     def begin(self, stage: Stage) -> None:
@@ -116,7 +136,11 @@ class Push:
 
 @dataclass(frozen=True, slots=True)
 class InjectFault:
-    """Inject a fault of `kbot.sim.injected_faults` for `duration` s (None: until the end)."""
+    """Inject a fault of `kbot.sim.injected_faults`.
+
+    fault     what fails
+    duration  in s; by default until the end
+    """
 
     fault: Fault
     duration: float | None = None
@@ -131,7 +155,16 @@ class InjectFault:
 
 @dataclass(frozen=True, slots=True)
 class AddObject:
-    """Add a box (`size` in m) or a model that ships with KBot, its foot at x, y, z (m), yaw in rad."""
+    """Add an object.
+
+    name  of the new object
+    x     position of its foot in m
+    y     position of its foot in m
+    z     height of its foot in m
+    yaw   heading in rad
+    kind  `box`, or a model that ships with KBot
+    size  of a box: x, y, z in m
+    """
 
     name: str
     x: float
@@ -150,7 +183,14 @@ class AddObject:
 
 @dataclass(frozen=True, slots=True)
 class MoveObject:
-    """Move an object to x, y, z (m) and yaw (rad), at rest."""
+    """Move an object. It is at rest there.
+
+    name  of the object
+    x     position of its origin in m
+    y     position of its origin in m
+    z     height of its origin in m
+    yaw   heading in rad
+    """
 
     name: str
     x: float
@@ -168,7 +208,10 @@ class MoveObject:
 
 @dataclass(frozen=True, slots=True)
 class RemoveObject:
-    """Remove an object from the world."""
+    """Remove an object from the world.
+
+    name  of the object
+    """
 
     name: str
 

@@ -30,7 +30,12 @@ class Expectation(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """A measure is at least `min` and at most `max`, in its unit."""
+    """A measure is within bounds, in its unit.
+
+    measure  its name
+    min      lowest value
+    max      highest value
+    """
 
     measure: str
     min: float | None = None
@@ -54,10 +59,14 @@ class Bound:
 
 @dataclass(frozen=True, slots=True)
 class Reaches:
-    """At the end, the robot is within `within` metres of x, y in the world.
+    """At the end, the robot is at a place in the world.
 
-    With `yaw`, its heading is within `yaw_within` rad. With `before`, it gets there before that time in s,
-    and stays.
+    x           of the place in m
+    y           of the place in m
+    within      largest distance to the place in m
+    yaw         heading in rad; by default any
+    yaw_within  largest difference to the heading in rad
+    before      time in s from which it is there and stays; by default any
     """
 
     x: float
@@ -89,7 +98,12 @@ class Reaches:
 
 @dataclass(frozen=True, slots=True)
 class PassesThrough:
-    """At some time, the robot's base is within `within` metres of x, y in the world."""
+    """At some time, the robot's base is at a place in the world.
+
+    x       of the place in m
+    y       of the place in m
+    within  largest distance to the place in m
+    """
 
     x: float
     y: float
@@ -106,7 +120,10 @@ class PassesThrough:
 
 @dataclass(frozen=True, slots=True)
 class NeverTouches:
-    """The robot touches none of `objects`, or without names nothing but the ground."""
+    """The robot touches no object.
+
+    objects  their names; by default everything but the ground
+    """
 
     objects: tuple[str, ...] = ()
 
@@ -117,7 +134,10 @@ class NeverTouches:
 
 @dataclass(frozen=True, slots=True)
 class StaysUpright:
-    """The angle between the base's z axis and the vertical is at most `max_tilt` rad."""
+    """The robot does not tilt far.
+
+    max_tilt  largest angle between the base's z axis and the vertical in rad
+    """
 
     max_tilt: float = math.radians(30.0)
 
@@ -127,7 +147,10 @@ class StaysUpright:
 
 @dataclass(frozen=True, slots=True)
 class Settles:
-    """The robot rests at most `within` seconds after the scenario's last step began, until the end."""
+    """The robot comes to rest, until the end.
+
+    within  seconds after the scenario's last step began
+    """
 
     within: float
 

@@ -68,8 +68,8 @@ class Place:
         return WRONG
 
     def expected(self, what: str, value: object) -> _Wrong:
-        name = next((key for key in reversed(self.keys) if not key.isdigit()), "the scenario")
-        return self.error(VALUE_WRONG, f"'{name}' must be {what}, not {_kind_of(value)}")
+        name = next((f"'{key}'" for key in reversed(self.keys) if not key.isdigit()), "the scenario")
+        return self.error(VALUE_WRONG, f"{name} must be {what}, not {_kind_of(value)}")
 
 
 class Format(Protocol):
@@ -256,8 +256,26 @@ class MapOf:
     def schema(self) -> Schema:
         if self.names is None:
             return {"type": "object", "additionalProperties": self.inner.schema()}
-        properties = {name: {**self.inner.schema(), "description": text} for name, text in self.names.items()}
+        properties = {name: Entry(self.inner, text).schema() for name, text in self.names.items()}
         return {"type": "object", "properties": properties, "additionalProperties": False}
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """A format that the JSON Schema describes once, as the definition `name`."""
+
+    name: str
+    inner: Format
+
+    @property
+    def label(self) -> str:
+        return self.inner.label
+
+    def read(self, value: object, at: Place) -> Any:  # noqa: ANN401 - as in Format
+        return self.inner.read(value, at)
+
+    def schema(self) -> Schema:
+        return {"$ref": f"#/definitions/{self.name}"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,6 +292,8 @@ class Entry:
 
     def schema(self) -> Schema:
         found: Schema = {**self.format.schema()}
+        if "$ref" in found:  # draft 7 ignores what is beside a reference
+            found = {"allOf": [found]}
         if self.description:
             found["description"] = self.description
         if _is_plain(self.default):

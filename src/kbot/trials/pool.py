@@ -20,6 +20,7 @@ from kbot.sim.script_errors import Explanations
 from kbot.sim.user_code import UserCode
 from kbot.text import KbotError
 from kbot.trials.actions import RunScript
+from kbot.trials.films import run_filmed
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource, Scenario
@@ -34,6 +35,8 @@ LOADING_SECONDS = 30.0
 """Processor time that a trial may take to load the robot and the world: as much as any other file."""
 SECONDS_PER_SECOND = 2.0
 """Processor time that a trial may take for each simulated second: half of the speed of real time."""
+FILM_SECONDS = 120.0
+"""Processor time to draw a film, which takes long without a graphics card."""
 GRACE_SECONDS = 5.0
 """Processor time until the process is killed, after its watchdog has tried to stop the user's program. It
 includes the start of the process."""
@@ -54,6 +57,7 @@ class Task:
     index            which of the file's scenarios it is
     with_all_values  whether to compute all measures
     with_trace       whether to keep the trace
+    with_film        whether to keep the trace and a film of the end
     record           the file to record the run to
     robot            as it was typed, if a battery is tried
     error            why the trial cannot run
@@ -65,6 +69,7 @@ class Task:
     index: int = 0
     with_all_values: bool = False
     with_trace: bool = False
+    with_film: bool = False
     record: str = ""
     robot: str = ""
     error: str = ""
@@ -72,7 +77,8 @@ class Task:
     @property
     def limit(self) -> float:
         """The processor time in seconds that the trial may take."""
-        return LOADING_SECONDS + SECONDS_PER_SECOND * self.scenario.duration
+        film = FILM_SECONDS if self.with_film else 0.0
+        return LOADING_SECONDS + SECONDS_PER_SECOND * self.scenario.duration + film
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,10 +212,15 @@ def _run(task: Task) -> TrialResult:
     scenario = task.scenario
     if task.python_file:
         scenario = replace(read_python_scenarios(task.python_file)[task.index], robot=scenario.robot)
+    robot = load_once(scenario.robot) if scenario.robot is not None else None
+    if task.with_film:
+        return run_filmed(
+            scenario, task.seed, robot, with_all_values=task.with_all_values, record=task.record
+        )
     return run_trial(
         scenario,
         task.seed,
-        load_once(scenario.robot) if scenario.robot is not None else None,
+        robot,
         with_all_values=task.with_all_values,
         with_trace=task.with_trace,
         record=task.record,

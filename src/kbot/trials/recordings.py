@@ -21,8 +21,12 @@ def record_failures(
     folder: Path | None = None,
     on_result: Callable[[int, TrialResult], None] = lambda index, result: None,
     limit: float | None = None,
+    *,
+    with_film: bool = False,
 ) -> list[TrialResult]:
     """The results, with recordings of the failed trials in `folder`, by default `.kbot/trials`.
+
+    `with_film` adds films of their ends.
 
     Trials that could not run, or were stopped, have no recording.
 
@@ -38,12 +42,18 @@ def record_failures(
         write_text(str(place.parent / ".gitignore"), "*\n")
     names = _file_names([tasks[index] for index in failed])
     again = [
-        replace(tasks[index], record=str(place / name)) for index, name in zip(failed, names, strict=True)
+        replace(tasks[index], record=str(place / name), with_film=with_film)
+        for index, name in zip(failed, names, strict=True)
     ]
     kept = list(results)
     for index, result in zip(failed, run_tasks(pool, again, on_result, limit), strict=True):
         if result is not None and result.recording:
-            kept[index] = replace(kept[index], recording=result.recording)
+            kept[index] = replace(
+                kept[index],
+                recording=result.recording,
+                film=result.film,
+                film_problem=result.film_problem,
+            )
     return kept
 
 

@@ -19,9 +19,12 @@ MOST_SEEDS = 10_000
 
 @dataclass(frozen=True, slots=True)
 class RobotSource:
-    """A robot's file, or `kbot`, with the values of its xacro arguments and top-level properties.
+    """A robot.
 
-    `packages` are folders in which packages are searched first.
+    file        its xacro or URDF file, a package with one robot, or `kbot`
+    arguments   values of xacro arguments by name
+    properties  values of top-level properties by name
+    packages    folders in which packages are searched first
     """
 
     file: str
@@ -32,7 +35,11 @@ class RobotSource:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """The bounds of a quantity in a condition."""
+    """The bounds of a quantity in a condition.
+
+    min  lowest value
+    max  highest value
+    """
 
     min: float = -math.inf
     max: float = math.inf
@@ -44,9 +51,11 @@ Condition = Mapping[str, Range]
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """An action and its time: `at` seconds, or as soon as the condition `when` holds after the previous step.
+    """An action and its time. A step waits until the previous step has begun.
 
-    With both, the condition counts from `at` on.
+    action  what happens
+    at      earliest time in s
+    when    condition for which the step waits, from `at` on
     """
 
     action: Action
@@ -90,7 +99,7 @@ class Scenario:
     world        a built-in world, an SDF file or a map; `{seed}` is replaced by the seed
     start        pose of the base in the world; None: the origin, or the nearest free place
     seeds        the scenario runs once with each
-    until        ends the run before `duration`
+    until        condition that ends the run before `duration`, once all steps have begun
     programs     controllers that run as their own processes, in order
     """
 

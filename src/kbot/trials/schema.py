@@ -26,6 +26,7 @@ from kbot.trials.formats import (
     Place,
     Record,
     Schema,
+    Shared,
     Text,
     record,
     summary_of,
@@ -183,7 +184,6 @@ class ExpectationFormat:
         return {"anyOf": [{"enum": bare}, one]}
 
     def _bound(self, description: str) -> Schema:
-        # the properties of every measure are the same: the file would be ten times as long
         return {"description": description, "allOf": [{"$ref": "#/definitions/bounds"}]}
 
 
@@ -209,13 +209,12 @@ EXPECTATIONS: Mapping[str, type] = {
 @cache
 def scenario_format() -> Record:
     """The format of a scenario."""
-    quantities = {name: _with_unit(each.description, each.unit) for name, each in QUANTITIES.items()}
-    condition = MapOf(record(Range), quantities, "quantity")
     robot = record(
         RobotSource, {"file": FileName(find_robot), "packages": ListOf(FileName(find_file))}, short="file"
     )
     program = record(Program, {"file": FileName(find_file), "arguments": ListOf(AsWritten())}, short="file")
-    bounds = record(expectations.Bound, without=["measure"], make=expectations.Bound)
+    times = record(Step, {"when": _condition()}, without=["action"])
+    expectation = ExpectationFormat({name: record(kind) for name, kind in EXPECTATIONS.items()}, _bounds())
     found = record(
         Scenario,
         {
@@ -223,19 +222,24 @@ def scenario_format() -> Record:
             "world": FileName(find_world, "the name of a world or of its file"),
             "start": record(PlanarPose),
             "seeds": Seeds(),
-            "until": condition,
-            "steps": ListOf(
-                StepFormat(record(Step, {"when": condition}, without=["action"]), action_formats())
-            ),
+            "until": _condition(),
+            "steps": ListOf(StepFormat(times, action_formats())),
             "programs": ListOf(program),
-            "expect": ListOf(
-                ExpectationFormat({name: record(kind) for name, kind in EXPECTATIONS.items()}, bounds)
-            ),
+            "expect": ListOf(expectation),
         },
     )
     # the file's name is the default
-    entries = {**found.entries, "name": Entry(Text(), "of the scenario; by default that of the file", "")}
-    return Record(Scenario, entries, "A scenario of kbot try.")
+    name = Entry(Text(), "of the scenario; by default that of the file", "")
+    return Record(Scenario, {**found.entries, "name": name}, "A scenario of kbot try.")
+
+
+def _condition() -> Shared:
+    names = {name: _with_unit(each.description, each.unit) for name, each in QUANTITIES.items()}
+    return Shared("condition", MapOf(Shared("range", record(Range)), names, "quantity"))
+
+
+def _bounds() -> Record:
+    return record(expectations.Bound, without=["measure"])
 
 
 def action_formats() -> dict[str, Format]:
@@ -250,14 +254,16 @@ def action_formats() -> dict[str, Format]:
 
 def json_schema() -> Schema:
     """The JSON Schema of a document of a scenario file."""
-    found = scenario_format()
-    bounds = record(expectations.Bound, without=["measure"])
-    own = {**bounds.schema(), "type": "object", "minProperties": 1}
+    condition = _condition().inner
     return {
         "$schema": SCHEMA_ADDRESS,
         "title": "Scenario of KBot",
-        **found.schema(),
-        "definitions": {"bounds": own},
+        **scenario_format().schema(),
+        "definitions": {
+            "bounds": {**_bounds().schema(), "type": "object", "minProperties": 1},
+            "condition": condition.schema(),
+            "range": record(Range).schema(),
+        },
     }
 
 
