@@ -19,6 +19,10 @@ import numpy as np
 from PIL import Image
 
 import kbot
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.trials import Bound, Command, NeverTouches, Reaches, RobotSource, Scenario, Step
+from kbot.trials.films import run_filmed
+from kbot.trials.reports.html import write_html
 from kbot.workbench.serve import open_session, serving
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -36,6 +40,7 @@ def main() -> None:
     with opened_browser() as browser:
         driving(browser)
         finding(browser)
+        trials_report(browser)
         tutorial(browser)
         film(browser)
 
@@ -74,6 +79,25 @@ def finding(browser: Browser) -> None:
             page.wait_for_timeout(500)
             page.screenshot(path=IMAGES / "finding.png")
             page.close()
+
+
+def trials_report(browser: Browser) -> None:
+    """The report of a robot that hits a wall, with its film, path and measures."""
+    steps = [Step(Command(0.3, 0.06)), Step(Command(0.3, -0.12), at=2.0)]
+    expect = [NeverTouches(), Reaches(1.25, 0.05, 0.1), Bound("odometry_error", max=0.02)]
+    scenario = Scenario(
+        "doorway", 6.0, steps, expect, RobotSource("kbot"), "corridor:length=2", PlanarPose(0.0, 0.05, 0.0)
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report.html"
+        write_html(str(report), [run_filmed(scenario)], "KBot in a corridor")
+        context = browser.new_context(
+            viewport={"width": 1180, "height": 1080}, color_scheme="light", reduced_motion="reduce"
+        )
+        page = context.new_page()
+        page.goto(report.as_uri())
+        page.screenshot(path=IMAGES / "trials_report.png")  # fewer colours would lose those of thin lines
+        context.close()
 
 
 def tutorial(browser: Browser) -> None:

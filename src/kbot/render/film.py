@@ -32,12 +32,13 @@ RATE = 10.0
 """Pictures per second."""
 LOOK = Look(400, 300, elevation=32.0, theme="light")
 """The size and colours of films. The azimuth is chosen so that the robot is seen."""
-MOST_MOMENTS = 301
-"""Pictures of a film. A longer part of a run is shown from its end."""
+MOST_MOMENTS = 3001
+"""Moments that a tape keeps: 5 minutes take about 50 MB."""
 _HOLD = 1.5
 """Seconds for which the last picture is held before the film starts again."""
 _FINER = 2  # edges of moving things need not be as smooth as those of a still picture
-_QUALITY = 65
+_QUALITY, _STILL_QUALITY = 65, 85
+"""The quality of WebP. Nobody sees a picture of a film for long."""
 _VIEW = 2.4
 """How many times larger than the robot the view is."""
 _BEHIND = (215.0, 145.0, 180.0, 255.0, 105.0, 0.0)
@@ -66,7 +67,7 @@ class Moment:
 
 
 class Tape:
-    """Keeps the moments of the last `seconds` of a run. It costs little: nothing is drawn yet."""
+    """Keeps the moments of the last `seconds` of a run, at most `MOST_MOMENTS`. Nothing is drawn yet."""
 
     def __init__(self, simulation: Simulation, seconds: float = 5.0, rate: float = RATE) -> None:
         self._simulation = simulation
@@ -128,7 +129,7 @@ def still(film: bytes) -> bytes:
     with Image.open(io.BytesIO(film)) as image:
         image.seek(getattr(image, "n_frames", 1) - 1)
         packed = io.BytesIO()
-        image.convert("RGB").save(packed, "WEBP", quality=_QUALITY)
+        image.convert("RGB").save(packed, "WEBP", quality=_STILL_QUALITY)
     return packed.getvalue()
 
 

@@ -24,6 +24,7 @@ from kbot.text.files import write_bytes
 from kbot.text.render import place, render_text
 from kbot.trials.measures import find_measure
 from kbot.trials.reports.charts import charts
+from kbot.trials.reports.table import replay_command
 from kbot.trials.results import MeasureResult, TrialResult
 from kbot.trials.surroundings import Surroundings
 from kbot.trials.trace import Event, Trace
@@ -34,6 +35,8 @@ MOST_FAILED, MOST_PASSED = 100, 200
 """Trials that are shown in detail."""
 MOST_FILM_BYTES = 20_000_000
 """Size of all films of a report. A film of 5 s takes about 300 kB."""
+MOST_PLOT_BYTES = 10_000_000
+"""Size of all plots of a report. Those of a trial take about 50 kB."""
 MOST_CHARTS, MOST_EVENTS, MOST_FINDINGS = 8, 40, 20
 """Plots, events and findings of one trial."""
 
@@ -67,7 +70,7 @@ def html_report(results: Sequence[TrialResult], title: str = "KBot trials") -> s
     """The HTML of a report."""
     failed = [each for each in enumerate(results) if not each[1].passed]
     passed = [each for each in enumerate(results) if each[1].passed]
-    films = _Films(MOST_FILM_BYTES)
+    room = _Room()
     body = [
         "<header>",
         f"<h1>{_text(title)}</h1>",
@@ -76,11 +79,11 @@ def html_report(results: Sequence[TrialResult], title: str = "KBot trials") -> s
         "</header>",
         "<main>",
         _table(results),
-        *(_failed_trial(index, result, films) for index, result in failed[:MOST_FAILED]),
-        *(_passed_trial(index, result, films) for index, result in passed[:MOST_PASSED]),
+        *(_failed_trial(index, result, room) for index, result in failed[:MOST_FAILED]),
+        *(_passed_trial(index, result, room) for index, result in passed[:MOST_PASSED]),
         "</main>",
         "<footer>",
-        *(f"<p>{line}</p>" for line in _omitted(len(results), len(failed), len(passed), films)),
+        *(f"<p>{line}</p>" for line in _omitted(len(results), len(failed), len(passed), room)),
         f"<p>Written by KBot {_text(version('kbot'))}.</p>",
         "</footer>",
     ]
@@ -121,18 +124,26 @@ def film_figure(film: bytes, caption: str, name: str = "Film") -> str:
     )
 
 
-class _Films:
-    """Counts the bytes of films, so that a report stays small enough to be opened."""
+class _Room:
+    """Counts the bytes of films and plots, so that a report stays small enough to be opened."""
 
-    def __init__(self, most: int) -> None:
-        self.left, self.omitted = most, 0
+    def __init__(self) -> None:
+        self._films, self._plots = MOST_FILM_BYTES, MOST_PLOT_BYTES
+        self.films_omitted = self.plots_omitted = 0
 
-    def take(self, film: bytes) -> bool:
-        if len(film) > self.left:
-            self.omitted += 1
-            return False
-        self.left -= len(film)
-        return True
+    def film(self, film: bytes) -> bool:
+        """Whether there is room for a film."""
+        has_room = len(film) <= self._films
+        self._films -= len(film) if has_room else 0
+        self.films_omitted += not has_room
+        return has_room
+
+    def plots(self, plots: str) -> bool:
+        """Whether there is room for the plots of a trial."""
+        has_room = len(plots) <= self._plots
+        self._plots -= len(plots) if has_room else 0
+        self.plots_omitted += not has_room
+        return has_room
 
 
 def _verdict(failed: int, passed: int) -> str:
@@ -183,41 +194,42 @@ def _in_detail(results: Sequence[TrialResult]) -> Iterator[tuple[int, TrialResul
             yield index, result
 
 
-def _omitted(total: int, failed: int, passed: int, films: _Films) -> Iterator[str]:
+def _omitted(total: int, failed: int, passed: int, room: _Room) -> Iterator[str]:
     """What the report does not show."""
     if total > MOST_TRIALS:
         yield f"The table shows the first {MOST_TRIALS} of {total} trials."
     for count, most, what in ((failed, MOST_FAILED, "failed"), (passed, MOST_PASSED, "passed")):
         if count > most:
             yield f"The first {most} of {count} trials that {what} are shown in detail."
-    if films.omitted:
-        yield f"{films.omitted} films are not shown, to keep the report small."
+    for count, what in ((room.films_omitted, "films"), (room.plots_omitted, "trials' plots")):
+        if count:
+            yield f"{count} {what} are not shown, to keep the report small."
 
 
-def _failed_trial(index: int, result: TrialResult, films: _Films) -> str:
+def _failed_trial(index: int, result: TrialResult, room: _Room) -> str:
     reasons = "".join(f"<li>{_text(reason)}</li>" for reason in _reasons(result))
     return (
         f'<article class="failed" id="trial-{index}" aria-labelledby="name-{index}"><header>{_badge(result)}'
         f'<h2 id="name-{index}">{_text(result.title)}</h2>{_subtitle(result)}</header>'
-        f'<ul class="reasons">{reasons}</ul>{_content(result, films)}</article>'
+        f'<ul class="reasons">{reasons}</ul>{_content(result, room)}</article>'
     )
 
 
-def _passed_trial(index: int, result: TrialResult, films: _Films) -> str:
+def _passed_trial(index: int, result: TrialResult, room: _Room) -> str:
     return (
         f'<article class="passed" id="trial-{index}" aria-labelledby="name-{index}"><details><summary>'
         f'{_badge(result)}<h2 id="name-{index}">{_text(result.title)}</h2>{_subtitle(result)}</summary>'
-        f'<div class="content">{_content(result, films)}</div></details></article>'
+        f'<div class="content">{_content(result, room)}</div></details></article>'
     )
 
 
-def _content(result: TrialResult, films: _Films) -> str:
+def _content(result: TrialResult, room: _Room) -> str:
     """What the reports of failed and passed trials share."""
     trace = result.trace
     parts = []
     media = []
-    if result.film and films.take(result.film):
-        media.append(f"<div>{film_figure(result.film, _film_caption(result), 'The end of the run')}</div>")
+    if result.film and room.film(result.film):
+        media.append(f"<div>{film_figure(result.film, _film_caption(result))}</div>")
     if trace is not None and len(trace) > 0 and result.surroundings is not None:
         media.append(f"<div><h3>Path</h3>{_map(result, trace, result.surroundings)}</div>")
     if media:
@@ -230,8 +242,9 @@ def _content(result: TrialResult, films: _Films) -> str:
         f"<figure><h3>{_text(chart.title)}</h3>{chart.svg}</figure>"
         for chart in charts(result, shown[:MOST_CHARTS])
     ]
-    if plots:
-        parts.append(f'<div class="media">{"".join(plots)}</div>')
+    drawn = f'<div class="media">{"".join(plots)}</div>' if plots else ""
+    if drawn and room.plots(drawn):
+        parts.append(drawn)
     parts.append(_source_lines(result))
     parts.append(_findings(result.findings))
     if trace is not None:
@@ -241,14 +254,16 @@ def _content(result: TrialResult, films: _Films) -> str:
 
 
 def _film_caption(result: TrialResult) -> str:
-    end = f" until {result.trace['time'][-1]:.1f} s" if result.trace is not None else ""
-    return f"The last seconds{end}. The blue line is the path of the robot."
+    when = "end of the run" if result.failed_at is None else f"failure at {result.failed_at:.1f} s"
+    return f"The run around the {when}. The blue line is the path of the robot."
 
 
 def _subtitle(result: TrialResult) -> str:
     words = [result.robot, result.surroundings.world if result.surroundings is not None else ""]
     if result.trace is not None and len(result.trace):
         words.append(f"{result.trace['time'][-1]:.1f} s simulated")
+    if result.failed_at is not None:
+        words.append(f"failed at {result.failed_at:.1f} s")
     return f'<span class="quiet">{_text(" · ".join(filter(None, words)))}</span>'
 
 
@@ -476,7 +491,7 @@ def _events(trace: Trace) -> str:
 def _about(result: TrialResult) -> str:
     lines = []
     if result.recording:
-        lines.append(f"Recording: <code>kbot view {_text(result.recording)}</code>")
+        lines.append(f"Recording: <code>{_text(replay_command(result))}</code>")
     if result.state_sha256:
         lines.append(f"State at the end: <code>{_text(result.state_sha256)}</code>")
     if not result.is_deterministic:
