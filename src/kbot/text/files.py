@@ -129,6 +129,11 @@ def unsaved(texts: Mapping[str, str]) -> Iterator[None]:
         _unsaved.reset(token)
 
 
+def unsaved_files() -> tuple[str, ...]:
+    """The real paths of the files whose texts `unsaved` gives to the caller."""
+    return tuple(_unsaved.get())
+
+
 _allowed: ContextVar[tuple[Callable[[str], bool], str] | None] = ContextVar("`reading_only`", default=None)
 
 

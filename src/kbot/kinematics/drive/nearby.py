@@ -16,6 +16,7 @@ from kbot.model import RobotModel
 from kbot.model.extensions import gazebo_plugins
 from kbot.model.spawned import Setting, SpawnedController, spawned_controllers, with_controllers
 from kbot.text import DescriptionError, DiagnosticCollector, Origin, read_source
+from kbot.text.files import unsaved_files
 from kbot.text.yaml import YamlDocument, YamlError, read_yaml
 
 _DESCRIPTION = "_description"
@@ -61,7 +62,11 @@ def files_beside(robot: RobotModel) -> list[Path]:
     name = package.name.removesuffix(_DESCRIPTION)
     packages = [package] if package.name == name else [package, *package.parent.glob(f"{name}_*")]
     configs = {folder / "config" for folder in packages if (folder / "package.xml").is_file()}
-    return sorted(path for folder in configs for path in folder.glob("*.yaml"))[:_MOST_FILES]
+    found = {path for folder in configs for path in folder.glob("*.yaml")}
+    found |= {
+        path for path in map(Path, unsaved_files()) if path.suffix == ".yaml" and path.parent in configs
+    }
+    return sorted(found)[:_MOST_FILES]
 
 
 def _controllers(path: Path, driven: set[str]) -> Iterator[SpawnedController]:

@@ -72,13 +72,13 @@ order of calls."""
 def relevant_changes(edits: Edits) -> tuple[Change, ...]:
     """The fewest changes with which A behaves like B, in the order of files and lines. Nothing is simulated.
 
-    If A with all edits does not behave like B, all edits are one change. This happens if KBot finds a file of
-    controllers that is only in B.
+    If A with all edits does not behave like B, `edits.whole` is the only change. This happens if a pattern of
+    an include matches a file that only B has.
     """
     if edits.behaves_like_after(()):
         return ()
     if not edits.behaves_like_after(edits.all):
-        return (Change(edits.all),) if edits.all else ()
+        return (Change((edits.whole,)),)
     needed = minimal(_without_replacements(edits, edits.all), edits.behaves_like_after)
     needed = _without_renamings(edits, needed)
     needed = _without_moves(edits, needed)

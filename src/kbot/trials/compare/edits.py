@@ -37,7 +37,7 @@ from kbot.xacro.packages import package_around, package_name
 _YAML = (".yaml", ".yml")
 _RENAMED = 0.6
 """The least similarity (from 0 to 1) of a file that is gone and a new one, to be one that was renamed."""
-_NO_ROBOT = '<robot name="none"/>'
+_NO_ROBOT = "<robot/>"
 """The text of an included file that is gone. The include is optional, otherwise B would have an error."""
 
 Shape = TypeVar("Shape", Visual, Collision)
@@ -120,13 +120,18 @@ class _Side:
     """A robot and the files that it is made from."""
 
     def __init__(self, description: Description) -> None:
+        self.description = description
         self.given = description.given()
         self.loaded = description.load(self.given)
         self.robot = self.loaded.require()
         self.main = absolute(description.file)
         self.package = package_around(Path(self.main).parent)
-        self.texts = {self.key(path): path for path in self._text_paths()}
-        self.meshes = {self.key(path): path for path in self._mesh_paths()}
+        is_nearby = with_nearby_drive(self.robot, DiagnosticCollector()) is not self.robot
+        self.nearby = [self.key(str(path)) for path in files_beside(self.robot)] if is_nearby else []
+        """Files of controllers that no description names."""
+        self.texts = dict.fromkeys((*map(self.key, self._text_paths()), *self.nearby))
+        """The files that the description names, and those nearby, in the order of reading."""
+        self.meshes = dict.fromkeys(map(self.key, self._mesh_paths()))
 
     def key(self, path: str) -> Key:
         place = Path(absolute(path))
@@ -150,8 +155,6 @@ class _Side:
         yield self.main
         yield from self.loaded.expansion.dependencies
         yield from parameter_files(self.robot)
-        if with_nearby_drive(self.robot, DiagnosticCollector()) is not self.robot:
-            yield from map(str, files_beside(self.robot))
 
     def _mesh_paths(self) -> Iterator[str]:
         for mesh in relevant_meshes(self.robot):
@@ -173,6 +176,10 @@ class Edits:
         self._before_behaviour, self._after_behaviour = behaviour(self.before), behaviour(self.after)
         self._texts: dict[Key, tuple[str, str | None]] = {}
         """The texts in A and B of the files that differ. In A, a file that was renamed has its new name."""
+        self._old_paths: dict[Key, str] = {}
+        """Where A has the files that were renamed."""
+        self.whole = Edit(after.file, 1, 1, "", "", ("", ""), ("", ""), ())
+        """Stands for everything, if A does not behave like B with all edits."""
         self._unused = Variant(before, self._before.given)
         """A with the new files of B, which A does not use without an edit, and with its parts in the order of
         B where the order does not matter."""
@@ -182,9 +189,11 @@ class Edits:
         self._behaviours: dict[frozenset[Edit], Value] = {}
 
     def variant(self, edits: Iterable[Edit]) -> Variant:
-        """Robot A with some of the edits."""
+        """Robot A with some of the edits. With `whole`, it is robot B."""
         chosen: dict[Key, list[Edit]] = {}
         for edit in edits:
+            if edit is self.whole:
+                return Variant(self._after.description, self._after.given)
             chosen.setdefault(edit.key, []).append(edit)
         texts, meshes = dict(self._unused.texts), dict(self._unused.meshes)
         for key, own in chosen.items():
@@ -198,6 +207,8 @@ class Edits:
                 texts[path] = "" if path.endswith(_YAML) else _NO_ROBOT
             else:
                 texts[path] = applied(old, new, parts) if parts else new
+            if key in self._old_paths:
+                texts[self._old_paths[key]] = texts[path]
         return dataclasses.replace(self._unused, texts=texts, meshes=meshes)
 
     def behaviour(self, edits: Iterable[Edit]) -> Value:
@@ -220,19 +231,22 @@ class Edits:
         before, after = self._before, self._after
         for key in dict.fromkeys((*before.texts, *after.texts)):
             path, other = before.path(key), after.path(key)
-            if path and other and os.path.realpath(path) == os.path.realpath(other):
-                continue
             old, new = _text(path), _text(other)
-            if old == new or (new is None and key not in after.texts):
+            if new is None and key not in after.texts and key not in before.nearby:
                 continue
-            if old is None and key not in before.texts:
-                old = self._renamed(new or "")
-                self._add_unused(key, path, new if old is None else old)
-                if old is None:
+            if key not in before.texts and key not in after.nearby:
+                renamed = self._renamed(key, new or "")
+                if renamed is not None or old is None:
+                    self._add_unused(key, path, new if renamed is None else renamed)
+                if renamed is None and old is None:
                     continue
+                old = old if renamed is None else renamed
+            if old == new:
+                continue
             if old is None or new is None:
                 self._texts[key] = old or "", new
-                yield Edit(other if new is not None else path, 1, 1, old or "", new or "", ("", ""), key, ())  # type: ignore[arg-type]
+                file = other if new is not None else path
+                yield Edit(file or "", 1, 1, old or "", new or "", ("", ""), key, ())
                 continue
             old = self._reordered(path or "", old, new)
             self._texts[key] = old, new
@@ -263,15 +277,17 @@ class Edits:
         self._unused = variant
         return moved
 
-    def _renamed(self, text: str) -> str | None:
-        """The text in A of the file that was renamed and then has this text in B."""
-        gone = (path for key, path in self._before.texts.items() if key not in self._after.texts)
+    def _renamed(self, key: Key, text: str) -> str | None:
+        """The text in A of the file that has this key and text in B."""
+        gone = (self._before.path(other) for other in self._before.texts if other not in self._after.texts)
         best, most = None, _RENAMED
-        for other in filter(None, map(_text, gone)):
+        for path in filter(None, gone):
+            other = _text(path) or ""
             lines, other_lines = text.splitlines(), other.splitlines()
             alike = SequenceMatcher(None, other_lines, lines, autojunk=False).ratio()
             if alike >= most:
                 best, most = other, alike
+                self._old_paths[key] = path
         return best
 
     def _of_meshes(self) -> Iterator[Edit]:
