@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from kbot.cli.main import run
+from kbot.workbench.session.session import Session
 from kbot.worker import PEER_READING, READING
 
 ROBOT = "<robot name='r'><link name='a'/></robot>"
@@ -104,3 +105,13 @@ def test_view_serves_until_it_is_stopped(
     running.send_signal(ending)
     assert running.wait(60) == 0
     assert running.stderr.read() == ""
+
+
+def test_a_recording_opens_at_a_time(recording: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[Session] = []
+    monkeypatch.setattr("kbot.workbench.serve.serve_session", lambda session, address: shown.append(session))
+    assert run(["view", recording, "--at", "1.5", "--no-browser", "--port", "0"]) == 0
+    (session,) = shown
+    timeline = session.timeline()
+    assert timeline is not None
+    assert (timeline.at, timeline.paused) == (1.5, True)

@@ -95,9 +95,9 @@ class Scenario:
     duration     simulated seconds
     steps        what happens
     expect       what is expected
-    robot        None: it is given when the scenario is run
+    robot        by default it is given when the scenario is run
     world        a built-in world, an SDF file or a map; `{seed}` is replaced by the seed
-    start        pose of the base in the world; None: the origin, or the nearest free place
+    start        pose of the base in the world; by default the origin, or the nearest free place
     seeds        the scenario runs once with each
     until        condition that ends the run before `duration`, once all steps have begun
     programs     controllers that run as their own processes, in order

@@ -53,8 +53,10 @@ def replay_command(result: TrialResult) -> str:
 
 
 def _number(measure: MeasureResult) -> str:
+    """The value with up to four digits after the point: no robot is more exact than 0.1 mm."""
+    value = round(measure.value, 4) + 0.0  # turns -0.0 into 0.0
     unit = f" {measure.unit}" if measure.unit else ""
-    return f"{measure.name} {measure.value:.4g}{unit}"
+    return f"{measure.name} {value:.10g}{unit}"
 
 
 def _paint(text: str, tone: str, color: bool) -> str:
