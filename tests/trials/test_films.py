@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -136,6 +137,26 @@ def test_walls_do_not_hide_the_robot() -> None:
     simulation.run(1.0)
     picture = np.asarray(list(films.frames([tape.moments], SMALL))[-1]).astype(int)
     assert np.abs(blue(picture) - (80, 60)).max() < 8.0
+
+
+@pytest.mark.parametrize(
+    "visual", ["", '<visual><geometry><mesh filename="missing.stl"/></geometry></visual>']
+)
+def test_a_robot_without_visible_shapes_is_drawn_with_its_collisions(visual: str, tmp_path: Path) -> None:
+    """A box of 0.2 m, grey on a light floor."""
+    shape = '<geometry><box size="0.2 0.2 0.2"/></geometry>'
+    inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+    (tmp_path / "box.urdf").write_text(
+        f'<robot name="box"><link name="base">{visual}<collision>{shape}</collision>'
+        f'<inertial><mass value="1"/>{inertia}</inertial></link></robot>'
+    )
+    scenario = Scenario("box", 0.5, robot=RobotSource(str(tmp_path / "box.urdf")))
+    result = run_filmed(scenario)
+    assert result.film, (result.error, result.film_problem)
+    picture = pictures(result.film)[0][-1]
+    height, width, _ = picture.shape
+    middle = picture[height // 2 - 5 : height // 2 + 5, width // 2 - 5 : width // 2 + 5]
+    assert middle.mean() < 200.0 < picture[: height // 8].mean()
 
 
 def test_an_object_is_in_the_film_from_the_time_it_is_added() -> None:

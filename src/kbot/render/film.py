@@ -15,12 +15,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
-from kbot.render.bounds import visible_bounds
 from kbot.render.look import FIELD_OF_VIEW, Look
 from kbot.render.palette import PALETTES, Theme
 from kbot.render.picture import Painter
 from kbot.render.picture_scene import PictureScene
-from kbot.render.surfaces import PaintedSurface, body_surfaces, robot_surfaces
+from kbot.render.surfaces import PaintedSurface, body_surfaces, robot_surfaces, solid_surfaces
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.sdf.materials import link_colours
@@ -195,9 +194,8 @@ class _Pane:
                     bodies[f"/{body.name}"] = tuple(body_surfaces(body))
             for name, robot in moment.robots.items():
                 if f"{name}/{robot.root}" not in bodies:
-                    surfaces = robot_surfaces(robot, link_colours(robot))
-                    bodies.update((f"{name}/{link}", parts) for link, parts in surfaces.items())
-        low, high = visible_bounds(next(iter(run[0].robots.values())))
+                    bodies.update((f"{name}/{link}", parts) for link, parts in _robot_surfaces(robot))
+        low, high = _bounds(run[0], bodies)
         self.radius = max(0.02, float(np.linalg.norm(high - low)) / 2.0)
         self._middle = (low + high) / 2.0
         self._painter = Painter({n: parts for n, parts in bodies.items() if parts}, look, self.radius, _FINER)
@@ -224,6 +222,29 @@ class _Pane:
         self._painter.look = look
         view = _view(centre, self.radius, view_radius)
         return Image.fromarray(self._painter.paint(moment.poses, view, _trail(path, look, view)))
+
+
+def _bounds(moment: Moment, bodies: Mapping[str, Sequence[PaintedSurface]]) -> tuple[Array, Array]:
+    """The lowest and highest corner (3,) of the first robot, in m from its base in the base's frame."""
+    first = next(iter(moment.robots))
+    base_from_world = moment.base.inverse()
+    corners = [
+        (base_from_world @ moment.poses[name]).apply(surface.vertices)
+        for name, surfaces in bodies.items()
+        if name.startswith(f"{first}/")
+        for surface in surfaces
+    ]
+    points = np.concatenate([*corners, np.zeros((1, 3))])  # a robot without shapes is a point
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _robot_surfaces(robot: RobotModel) -> Iterator[tuple[str, tuple[PaintedSurface, ...]]]:
+    """Yield the surfaces of each link: its collisions if the meshes of its visuals are missing, or if the
+    whole robot has no visuals. A film of an invisible robot would show nothing."""
+    surfaces = robot_surfaces(robot, link_colours(robot))
+    is_invisible = not any(surfaces.values())
+    for name, link in robot.links.items():
+        yield name, surfaces[name] or (solid_surfaces(link) if link.visuals or is_invisible else ())
 
 
 def _view(centre: Array, radius: float, view_radius: float) -> PictureScene:

@@ -68,6 +68,15 @@ def robot_surfaces(
     return made
 
 
+def solid_surfaces(link: Link) -> tuple[PaintedSurface, ...]:
+    """Return the collisions of a link in its own frame, for a robot whose visuals are missing."""
+    return tuple(
+        PaintedSurface(part.vertices, part.faces, UNPAINTED).moved(Transform.of(collision.pose))
+        for collision in link.collisions
+        for part in filter(_has_faces, parts(collision.geometry))
+    )
+
+
 def _link_surfaces(link: Link, colour: RGBA | None) -> Iterator[PaintedSurface]:
     for visual in link.visuals:
         pose = Transform.of(visual.pose)
