@@ -205,6 +205,8 @@ def test_documents_are_named_by_the_file_and_have_its_lines() -> None:
          "3:8 T104 there is no file robots/robt.urdf (did you mean 'robot.urdf'?)"),
         ("robot: package://gone_description/r.urdf", "3:8 T104 "),
         ("world: gone.sdf", "3:8 T104 there is no file gone.sdf"),
+        ("world: maz", "3:8 T104 unknown world 'maz': did you mean 'maze'?"),
+        ("world: maze:sise=3", "3:8 T104 world 'maze' has no parameter 'sise': did you mean 'size'?"),
         ("programs: [gone.py]", "3:12 T104 there is no file gone.py"),
         ("steps: [command: {linear: 1", "5:1 T101 "),
     ],

@@ -182,3 +182,9 @@ def test_the_weight_rests_on_wheels_and_caster() -> None:
 def test_mistakes_are_refused_when_a_scenario_is_made(make, message) -> None:
     with pytest.raises(KbotError, match=message):
         make()
+
+
+def test_a_step_that_is_not_possible_is_named() -> None:
+    steps = [Step(Command(0.1)), Step(Push((1.0, 0.0, 0.0), 0.1, "whel"), at=0.5)]
+    result = run_trial(Scenario("push", 1.0, steps, robot=KBOT))
+    assert result.error.startswith("step 2, push whel: no link of 'kbot'")

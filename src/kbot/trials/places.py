@@ -13,6 +13,7 @@ from kbot.text import DescriptionError, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.trials.actions import RunScript
 from kbot.trials.scenario import Program, RobotSource, Scenario
+from kbot.world import parameters
 from kbot.world.load import MAP_SUFFIXES, SDF_SUFFIXES
 from kbot.xacro import Packages
 
@@ -47,9 +48,14 @@ def find_robot(name: str, folder: Path) -> str:
 
 
 def find_world(name: str, folder: Path) -> str:
-    """A world's file that a file in `folder` names. The name of a built-in world is not changed."""
-    if Path(name).suffix.lower() in (*SDF_SUFFIXES, *MAP_SUFFIXES) and "{seed}" not in name:
-        return find_file(name, folder)
+    """A world's file that a file in `folder` names. The name of a built-in world is not changed.
+
+    Raises:
+        KbotError: there is no such file or world, or the world has no such parameter.
+    """
+    if Path(name).suffix.lower() in (*SDF_SUFFIXES, *MAP_SUFFIXES):
+        return str(folder / name) if "{seed}" in name else find_file(name, folder)
+    parameters(name.replace("{seed}", "0"))
     return name
 
 

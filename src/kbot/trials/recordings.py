@@ -28,12 +28,12 @@ def record_failures(
 
     `with_film` adds films of their ends.
 
-    Trials that could not run, or were stopped, have no recording.
+    Trials that could not run, were stopped, or failed at the start have no recording.
 
     Raises:
         OSError: the folder is not writable.
     """
-    failed = [index for index, result in enumerate(results) if not result.passed and result.state_sha256]
+    failed = [index for index, result in enumerate(results) if result.failed_at]
     if not failed:
         return list(results)
     place = folder or DEFAULT_FOLDER

@@ -212,7 +212,11 @@ class _Stage:
             del self._waiting[0]
             self.sampler.events.append(Event(now, str(step.action)))
             self.sampler.last_command = now
-            step.action.begin(self)
+            try:
+                step.action.begin(self)
+            except KbotError as error:
+                number = len(self._scenario.steps) - len(self._waiting)
+                raise KbotError(f"step {number}, {step.action}: {first_error(error)}") from error
 
     def _look_at_goal(self) -> None:
         goals = self._goals
