@@ -16,7 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
 from kbot.render.look import FIELD_OF_VIEW, Look
-from kbot.render.palette import PALETTES, Theme
+from kbot.render.palette import PALETTES, Colour, Theme
 from kbot.render.picture import Painter
 from kbot.render.picture_scene import PictureScene
 from kbot.render.surfaces import PaintedSurface, body_surfaces, robot_surfaces, solid_surfaces
@@ -32,7 +32,7 @@ RATE = 10.0
 LOOK = Look(400, 300, elevation=32.0, theme="light")
 """The size and colours of films. The azimuth is chosen so that the robot is seen."""
 MOST_MOMENTS = 3001
-"""Moments that a tape keeps: 5 minutes take about 50 MB."""
+"""Moments that a tape keeps: 5 minutes. In a world of 30 bodies, they take 16 MB."""
 _HOLD = 1.5
 """Seconds for which the last picture is held before the film starts again."""
 _FINER = 2  # edges of moving things need not be as smooth as those of a still picture
@@ -42,6 +42,8 @@ _VIEW = 2.4
 """How many times larger than the robot the view is."""
 _BEHIND = (215.0, 145.0, 180.0, 255.0, 105.0, 0.0)
 """Azimuths of the camera in degrees from the robot's heading, the best one first: from behind."""
+_SIGHTS = ((0.0, 0.0), (-0.6, 0.0), (0.6, 0.0), (0.0, -0.4), (0.0, 0.4))
+"""Points of the robot that should be seen: right and up from its middle, in radii."""
 _STEEP = 62.0
 """Elevation in degrees from which walls hide little."""
 _TRAIL_WIDTH = 2.2
@@ -166,17 +168,17 @@ def frames(
 
 
 def _choose_look(panes: Sequence[_Pane], moments: Sequence[Sequence[Moment]], look: Look) -> Look:
-    """The direction from which the robots are seen most of the time. Walls may hide them from others."""
-    some = moments[:: max(1, len(moments) // 8)]
+    """The direction from which most of the robots is seen most of the time. Walls may hide them."""
+    some = [*moments[:: max(1, len(moments) // 8)], moments[-1]]
     heading = math.degrees(moments[-1][0].base.rpy[2])
     best, most = look, -1
     for elevation in (look.elevation, _STEEP):
         for around in _BEHIND:
             tried = replace(look, azimuth=heading + around, elevation=elevation)
             seen = sum(
-                pane.sees(moment, tried) for now in some for pane, moment in zip(panes, now, strict=True)
+                pane.seen(moment, tried) for now in some for pane, moment in zip(panes, now, strict=True)
             )
-            if seen == len(some) * len(panes):
+            if seen == len(_SIGHTS) * len(some) * len(panes):
                 return tried
             if seen > most:
                 best, most = tried, seen
@@ -205,16 +207,21 @@ class _Pane:
         centre: Array = moment.base.translation + self._middle
         return centre
 
-    def sees(self, moment: Moment, look: Look) -> bool:
-        """Whether nothing hides the middle of the robot from a camera."""
+    def seen(self, moment: Moment, look: Look) -> int:
+        """How many points in and around the robot's middle are seen by a camera."""
         view = _view(self.centre(moment), self.radius, self.radius * _VIEW)
         painter = self._painter
         painter.look = look
         painter.place(moment.poses, view)
-        distance = look.distance(view.view_radius)
-        eye, geom = view.centre + look.towards_eye * distance, np.zeros(1, dtype=np.int32)
-        hit = mujoco.mj_ray(painter.model, painter.data, eye, -look.towards_eye, None, 1, -1, geom)
-        return bool(hit < 0.0 or hit >= distance - self.radius)
+        eye = view.centre + look.towards_eye * look.distance(view.view_radius)
+        geom, count = np.zeros(1, dtype=np.int32), 0
+        for right, up in _SIGHTS:
+            point = view.centre + self.radius * (right * look.axes[:, 0] + up * look.axes[:, 1])
+            distance = float(np.linalg.norm(point - eye))
+            towards = (point - eye) / distance
+            hit = mujoco.mj_ray(painter.model, painter.data, eye, towards, None, 1, -1, geom)
+            count += hit < 0.0 or hit >= distance - self.radius
+        return count
 
     def draw(
         self, moment: Moment, look: Look, centre: Array, view_radius: float, path: Sequence[Transform]
@@ -275,12 +282,17 @@ def _compose(
     width, height = pictures[0].size
     whole = Image.new("RGB", ((width + _GAP) * len(pictures) - _GAP, height), "white")
     font, ink = ImageFont.load_default(13), _INKS[theme]
+    paper = _rgb(PALETTES[theme].background)  # around letters, which may be before a wall
     for index, picture in enumerate(pictures):
         whole.paste(picture, ((width + _GAP) * index, 0))
     pen = ImageDraw.Draw(whole)
     for index, title in enumerate(titles):
-        pen.text(((width + _GAP) * index + 10, 8), title, ink, font)
-    pen.text((10, height - 12), f"{time:.1f} s", ink, font, "ls")
-    red, green, blue = (round(255 * part) for part in PALETTES[theme].mark)
-    pen.rectangle((0, height - 3, progress * whole.width, height), (red, green, blue))
+        pen.text(((width + _GAP) * index + 10, 8), title, ink, font, stroke_width=2, stroke_fill=paper)
+    pen.text((10, height - 12), f"{time:.1f} s", ink, font, "ls", stroke_width=2, stroke_fill=paper)
+    pen.rectangle((0, height - 3, progress * whole.width, height), _rgb(PALETTES[theme].mark))
     return whole
+
+
+def _rgb(colour: Colour) -> tuple[int, int, int]:
+    red, green, blue = (round(255.0 * part) for part in colour.tolist())
+    return red, green, blue
