@@ -127,12 +127,16 @@ class PeerLink:
             self._jobs.append((False, topic, receiver))
 
     def send(
-        self, topic: str, message: object, on_result: Callable[[str], None] = lambda reason: None
+        self,
+        topic: str,
+        message: object,
+        on_result: Callable[[str], None] = lambda reason: None,
+        source: str = "",
     ) -> None:
         """Publish on a topic of the simulation that is an input, in the next period.
 
         If messages come too fast, the oldest are dropped. `on_result` receives the reason if the message was
-        refused, and otherwise, also if it was dropped, an empty text.
+        refused, and otherwise, also if it was dropped, an empty text. `source` is the peer, if it is known.
         """
         with self._lock:
             waiting = self._inbox.setdefault(topic, deque())
@@ -221,9 +225,10 @@ class PeerLink:
 
     def _end_batch(self) -> None:
         self._has_open_batch = False
-        self._wake_all()
+        self.flush()
 
-    def _wake_all(self) -> None:
+    def flush(self) -> None:
+        """Pass all messages that were received so far to the bridges. Belongs to the simulation's thread."""
         scheduled, self._scheduled = self._scheduled, {}
         for wake in scheduled:
             wake()
@@ -239,14 +244,14 @@ class PeerLink:
         self._simulation, self._feed, self._seen_changes = simulation, feed, -1
         for topic, receiver in self._opened:
             self._try_open(topic, receiver)
-        self._timer = simulation.clock.every(SERVE_RATE, self.serve)
+        self._timer = simulation.clock.every(SERVE_RATE, self.serve_in_time)
         simulation.errands.append(self.answer_calls)
         self.serve()
-        self._wake_all()
+        self.flush()
 
     def detach(self) -> None:
         """Disconnect from the simulation."""
-        self._wake_all()
+        self.flush()
         if self._feed is not None:
             self._timer.cancel()
             for topic, receiver in self._opened:
@@ -263,6 +268,10 @@ class PeerLink:
         for _, _, future in calls:
             if future.set_running_or_notify_cancel():
                 future.set_exception(KbotError("the simulation has ended"))
+
+    def serve_in_time(self) -> None:
+        """Called by the simulation's clock every control period."""
+        self.serve()
 
     def serve(self) -> None:
         """Open and close topics as peers requested, and deliver their messages."""
@@ -288,7 +297,7 @@ class PeerLink:
             for message, on_result in messages:
                 if self._simulation is not simulation:  # a message has ended this simulation
                     return
-                on_result(self._deliver(simulation, topic, message))
+                on_result(self.deliver(topic, message))
 
     def answer_calls(self) -> bool:
         """Answer waiting service calls, between two steps. Returns whether there were any.
@@ -296,7 +305,7 @@ class PeerLink:
         The clock does not call `serve` while the simulation is paused, so this does.
         """
         simulation = self._simulation
-        self._wake_all()
+        self.flush()
         if simulation is None or not (simulation.paused or self._calls):
             return False
         if simulation.paused:
@@ -316,7 +325,7 @@ class PeerLink:
                 future.set_exception(error)
             except Exception as error:  # noqa: BLE001 - a service call must not end the simulation
                 future.set_exception(KbotError(FAULTS.fault(service.name, error)))
-        self._wake_all()
+        self.flush()
         return waiting > 0
 
     def _update_topics(self, simulation: Live, feed: Feed) -> None:
@@ -337,10 +346,10 @@ class PeerLink:
         if self._feed is not None and topic not in self._hidden and topic in self._feed.offered():
             self._feed.open(topic, receiver)
 
-    def _deliver(self, simulation: Live, topic: str, message: object) -> str:
-        """Publish a peer's message. Returns the reason if it is refused, else an empty text."""
-        known = self.topics.get(topic)
-        if known is None or not known.is_input:
+    def deliver(self, topic: str, message: object) -> str:
+        """Publish a peer's message at once. Returns the reason if it is refused, else an empty text."""
+        known, simulation = self.topics.get(topic), self._simulation
+        if known is None or not known.is_input or simulation is None:
             return f"KBot does not subscribe to {topic} any more"
         if isinstance(message, TwistStamped) and known.message_type is Twist:
             message = message.twist

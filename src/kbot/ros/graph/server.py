@@ -21,9 +21,9 @@ class GraphServer(RosbridgeBridge):
     It sends NaN and infinity, which JSON lacks, as Python's `json` writes them.
     """
 
-    def __init__(self, link: PeerLink) -> None:
-        """Raises KbotError: no port is free."""
-        super().__init__(link, port=0, token=secrets.token_urlsafe(18), exact=True)
+    def __init__(self, link: PeerLink, client: str = "") -> None:
+        """`client` is the source of its clients' messages at the link. Raises KbotError: no port is free."""
+        super().__init__(link, port=0, token=secrets.token_urlsafe(18), exact=True, client=client)
         self._file: Path | None = None
 
     def announce(self, robot: str, world: str) -> None:

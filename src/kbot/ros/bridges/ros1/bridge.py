@@ -10,6 +10,7 @@ from typing import Any
 from kbot.net.hosts import host_and_port_of_uri, is_loopback, is_served_at
 from kbot.record.encodings.types import ros1_types
 from kbot.ros.bridges.link import PeerLink
+from kbot.ros.bridges.loop import wait_for
 from kbot.ros.bridges.ros1.allowed_nodes import AllowedNodes
 from kbot.ros.bridges.ros1.master import Master
 from kbot.ros.bridges.ros1.parameter_server import flat_parameters, is_plain
@@ -89,6 +90,24 @@ class Ros1Bridge:
         """The node and its master, in one sentence."""
         whose = "its own master" if self._own_master else "the master"
         return f"ROS 1: node {self._node} with {whose} at {self.master}"
+
+    @property
+    def identity(self) -> str:
+        """The `source` of this node's messages at the links of its peers."""
+        return self._node
+
+    def is_connected(self, topic: str, peer: str, publishes: bool) -> bool:
+        """Whether messages that this node `publishes` reach the node `peer`. A subscriber is always ready."""
+        return not publishes or wait_for(self._reaches(topic, peer))
+
+    async def _reaches(self, topic: str, peer: str) -> bool:
+        published = self._published.get(topic)
+        return published is not None and peer in published.peers
+
+    def has_peers(self) -> bool:
+        """Whether other nodes are connected."""
+        published, subscribed = list(self._published.values()), list(self._subscribed.values())
+        return any(topic.peers for topic in published) or any(topic.peers for topic in subscribed)
 
     def close(self) -> None:
         """Unregister, and disconnect all peers."""

@@ -94,8 +94,11 @@ class _Publisher:
         with socket.create_connection(address, HANDSHAKE_SECONDS) as connection:
             self._connection = connection
             connection.sendall(encode_header(self._endpoint.header(tcp_nodelay="1")))
-            self._endpoint.check(read_header(connection))
+            header = read_header(connection)
+            self._endpoint.check(header)
+            node = header.get("callerid", "")
             connection.settimeout(None)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
             while not self._closed.is_set():
-                self._link.send(topic.name, decode_ros1(read_block(connection), topic.message_type))
+                message = decode_ros1(read_block(connection), topic.message_type)
+                self._link.send(topic.name, message, source=node)

@@ -15,15 +15,26 @@ if TYPE_CHECKING:
     from kbot.ros.bridges.ros2.bridge import Ros2Bridge
 
 
-def open_bridge(link: PeerLink, host: str | None, node: str = "/kbot") -> Ros2Bridge:
-    """Connect as the node `node`. Raises KbotError: the extra is not installed, or DDS cannot be served."""
+def open_bridge(
+    link: PeerLink,
+    host: str | None,
+    node: str = "/kbot",
+    *,
+    domain: int | None = None,
+    lossless: bool = False,
+) -> Ros2Bridge:
+    """Connect as the node `node`; see `Ros2Bridge`.
+
+    Raises:
+        KbotError: the extra is not installed, or DDS cannot be served.
+    """
     try:
         from kbot.ros.bridges.ros2.bridge import Ros2Bridge  # needs the extra
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "cyclonedds":
             raise
         raise KbotError("ROS 2 needs an extra: pip install 'kbot[ros2]'") from None
-    return Ros2Bridge(link, host, node)
+    return Ros2Bridge(link, host, node, domain=domain, lossless=lossless)
 
 
 def _why_no_peer() -> str:

@@ -11,7 +11,15 @@ import types
 from functools import cache
 from typing import Any
 
-from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
+from cyclonedds.core import (
+    DDSException,
+    GuardCondition,
+    InstanceState,
+    ReadCondition,
+    SampleState,
+    ViewState,
+    WaitSet,
+)
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl import types as idl
@@ -145,17 +153,27 @@ class Ros2Bridge:
     checks for subscribers.
     """
 
-    def __init__(self, link: PeerLink, host: str | None = None, node: str = NODE) -> None:
-        """Join the domain ROS_DOMAIN_ID, else 0.
+    def __init__(
+        self,
+        link: PeerLink,
+        host: str | None = None,
+        node: str = NODE,
+        *,
+        domain: int | None = None,
+        lossless: bool = False,
+    ) -> None:
+        """Join the domain `domain`, else ROS_DOMAIN_ID, else 0.
 
         By default, only this machine can connect. With `host`, this machine's address in a network, the
-        machines in that network can connect. `node` is the node's full name.
+        machines in that network can connect. `node` is the node's full name. If it is `lossless`, it
+        subscribes reliably and keeps every message for slow subscribers, as lockstep needs it.
 
         Raises:
             KbotError: the domain is invalid, or the address cannot be used.
         """
         self._link, self._host, self._node = link, host, node
-        self.domain = _domain()
+        self._lossless = lossless
+        self.domain = _domain() if domain is None else domain
         config = LOOPBACK if host is None else _network(host)
         try:
             # a process can create each domain only once, so bridges of this process share it
@@ -174,9 +192,15 @@ class Ros2Bridge:
         self._graph: Dds = DataWriter(
             self._participant, DdsTopic(self._participant, GRAPH_TOPIC, graph), qos=latched
         )
+        self._probed, self._acknowledged = set[tuple[str, str]](), set[tuple[str, str]]()
+        """The topics and peers to which something was written, and those that have acknowledged it."""
+        self._sources: dict[Dds, str] = {}
+        """The participants of the writers that messages came from."""
         self._waitset: Dds = WaitSet(self._participant)
-        link.watch(self._changed.set)
-        self._changed.set()
+        self._wake: Dds = GuardCondition(self._participant)
+        self._waitset.attach(self._wake)
+        link.watch(self._update)
+        self._update()
         self._thread = threading.Thread(target=self._run, daemon=True, name="kbot-ros2")
         self._thread.start()
 
@@ -185,13 +209,53 @@ class Ros2Bridge:
         where = "on this machine only" if self._host is None else f"at {self._host}"
         return f"ROS 2: node {self._node} in domain {self.domain}, {where}"
 
+    @property
+    def identity(self) -> str:
+        """The `source` of this node's messages at the links of its peers."""
+        identity: str = self._participant.guid.hex
+        return identity
+
+    def is_connected(self, topic: str, peer: str, publishes: bool) -> bool:
+        """Whether messages that this `lossless` node `publishes` reach a peer. A subscriber is always ready.
+
+        A subscriber skips what was written before it received the writer's first heartbeat, also after both
+        have found each other. It acknowledges nothing before.
+        """
+        if not publishes or (topic, peer) in self._acknowledged:
+            return True
+        self._wake.set(True)  # to open the topic
+        if not wait_for(self._reaches(topic, peer)):
+            return False
+        published = self._published[topic]
+        if (topic, peer) not in self._probed:
+            self._probed.add((topic, peer))
+            published.probe()
+        if published.is_acknowledged():
+            self._acknowledged.add((topic, peer))
+        return (topic, peer) in self._acknowledged
+
+    async def _reaches(self, topic: str, peer: str) -> bool:
+        published = self._published.get(topic)
+        return published is not None and published.is_open and peer in published.peers()
+
+    def has_peers(self) -> bool:
+        """Whether other nodes are connected."""
+        return any(published.peers() for published in list(self._published.values())) or any(
+            map(_peers_of, list(self._readers))
+        )
+
+    def _update(self) -> None:
+        self._changed.set()
+        self._wake.set(True)
+
     def close(self) -> None:
         """Leave the domain."""
         self._closed.set()
+        self._wake.set(True)
         self._thread.join(5.0)
         wait_for(self._close_topics())
         # DDS deletes entities that nothing refers to, and the waitset refers to all others
-        self._waitset = None
+        self._waitset = self._wake = None
         self._published.clear()
         self._readers.clear()
         self._graph = self._participant = None
@@ -213,6 +277,8 @@ class Ros2Bridge:
                     published.check_subscribers()
                 check_at = time.monotonic() + POLL_SECONDS
             self._waitset.wait(duration(seconds=POLL_SECONDS))
+            if self._wake.take():
+                check_at = 0.0
             self._receive()
 
     def _make_endpoints(self) -> None:
@@ -221,7 +287,8 @@ class Ros2Bridge:
                 self._make_readers(topic)
             elif topic.name not in self._published:
                 kind = sample_type(topic.type_name)
-                writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=_writer_qos(topic))
+                qos = _writer_qos(topic, self._lossless)
+                writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=qos)
                 self._published[topic.name] = _PublishedTopic(self._link, topic, writer, kind, self._batch)
         self._publish_graph()
 
@@ -231,9 +298,8 @@ class Ros2Bridge:
         kinds = (Twist, TwistStamped) if topic.message_type is Twist else (topic.message_type,)
         for message_type in kinds:
             kind = sample_type(ros_name(message_type))
-            reader = DataReader(
-                self._participant, self._topic(topic.name, kind), qos=_reader_qos(message_type)
-            )
+            qos = _reader_qos(message_type, self._lossless)
+            reader = DataReader(self._participant, self._topic(topic.name, kind), qos=qos)
             self._readers[reader] = topic.name, message_type
             self._waitset.attach(ReadCondition(reader, _ANY_NEW))
 
@@ -250,7 +316,16 @@ class Ros2Bridge:
         for reader, (topic, message_type) in list(self._readers.items()):
             for sample in reader.take(MOST_AT_ONCE):
                 if sample.sample_info.valid_data:  # others only report that a writer has left
-                    self._deliver(topic, message_type, sample.encoded)
+                    source = self._source_of(reader, sample.sample_info.publication_handle)
+                    self._deliver(topic, message_type, sample.encoded, source)
+
+    def _source_of(self, reader: Dds, writer: Dds) -> str:
+        if writer not in self._sources:
+            data = reader.get_matched_publication_data(writer)
+            if data is None:  # it has left
+                return ""
+            self._sources[writer] = data.participant_key.hex
+        return self._sources[writer]
 
     def _write(self, batch: list[tuple[Dds, Dds]]) -> None:
         for writer, sample in batch:
@@ -259,9 +334,9 @@ class Ros2Bridge:
             except DDSException as error:
                 self._link.report(f"ROS 2: a message could not be sent: {error.msg}")
 
-    def _deliver(self, topic: str, message_type: type, data: bytes) -> None:
+    def _deliver(self, topic: str, message_type: type, data: bytes, source: str) -> None:
         try:
-            self._link.send(topic, decode_cdr(data, message_type))
+            self._link.send(topic, decode_cdr(data, message_type), source=source)
         except KbotError as error:
             self._link.report(f"ROS 2: rejected a message on {topic}: {error}")
 
@@ -274,21 +349,40 @@ class _PublishedTopic:
     ) -> None:
         self.writer = writer
         self._link, self._topic, self._kind, self._batch = link, topic, kind, batch
-        self._is_open = False
+        self._is_wanted = False
+        self.is_open = False
+        """Whether it is subscribed. Used on the loop."""
+
+    def peers(self) -> set[str]:
+        """The participants of the subscribers."""
+        found = map(self.writer.get_matched_subscription_data, self.writer.get_matched_subscriptions())
+        return {data.participant_key.hex for data in found if data is not None}
+
+    def probe(self) -> None:
+        """Write something that subscribers acknowledge and that is not a message."""
+        self.writer.dispose(sample_of(self._kind, b""))
+
+    def is_acknowledged(self) -> bool:
+        """Whether all subscribers have acknowledged everything."""
+        try:
+            return bool(self.writer.wait_for_acks(duration(milliseconds=1)))
+        except AttributeError:
+            return False  # cyclonedds 11.0.1 looks for the code of a timeout in the wrong class
 
     def check_subscribers(self) -> None:
         """Open the topic for its first subscriber, close it without one."""
         is_wanted = self._topic.is_latched or bool(self.writer.get_matched_subscriptions())
-        if is_wanted != self._is_open:
-            self._is_open = is_wanted
-            fan_out = self._link.fan_out
-            if is_wanted:
-                later(lambda: fan_out.subscribe(self._topic.name, self._send, self._batch.flush))
-            else:
-                later(lambda: fan_out.unsubscribe(self._topic.name, self._send))
+        if is_wanted != self._is_wanted:
+            self._is_wanted = is_wanted
+            later(self._open if is_wanted else self.close)
+
+    def _open(self) -> None:
+        self._link.fan_out.subscribe(self._topic.name, self._send, self._batch.flush)
+        self.is_open = True
 
     def close(self) -> None:
         """Stop publishing. Must be called on the loop."""
+        self.is_open = False
         self._link.fan_out.unsubscribe(self._topic.name, self._send)
 
     def _send(self, packet: Packet) -> None:
@@ -323,6 +417,8 @@ def _network(host: str) -> str:
 _RELIABLE_WAITING = Policy.Reliability.Reliable(duration(milliseconds=100))
 """A slow subscriber may block a write for this long."""
 _RELIABLE = Policy.Reliability.Reliable(0)
+_RELIABLE_LOSSLESS = Policy.Reliability.Reliable(duration(seconds=10))
+"""A write waits for a slow subscriber, so that it receives every message."""
 _ANY_NEW = ViewState.Any | InstanceState.Alive | SampleState.NotRead
 
 
@@ -330,19 +426,27 @@ def _type_hash(type_name: str) -> Dds:
     return Policy.Userdata(data=f"typehash={ros2_definition(type_name)[1]};".encode())
 
 
-def _writer_qos(topic: Topic) -> Dds:
+def _peers_of(reader: Dds) -> set[str]:
+    """The participants of the writers that a reader has found."""
+    found = map(reader.get_matched_publication_data, reader.get_matched_publications())
+    return {data.participant_key.hex for data in found if data is not None}
+
+
+def _writer_qos(topic: Topic, lossless: bool) -> Dds:
     """The writer's QoS. A write of a latched message waits for slow subscribers, because no other follows."""
-    if topic.is_latched:
-        policies = Policy.Durability.TransientLocal, _RELIABLE_WAITING, Policy.History.KeepLast(1)
+    durability = Policy.Durability.TransientLocal if topic.is_latched else Policy.Durability.Volatile
+    if lossless:
+        policies = _RELIABLE_LOSSLESS, Policy.History.KeepAll
+    elif topic.is_latched:
+        policies = _RELIABLE_WAITING, Policy.History.KeepLast(1)
     else:
-        policies = Policy.Durability.Volatile, _RELIABLE, Policy.History.KeepLast(10)
-    return Qos(*policies, _type_hash(topic.type_name))
+        policies = _RELIABLE, Policy.History.KeepLast(10)
+    return Qos(durability, *policies, _type_hash(topic.type_name))
 
 
-def _reader_qos(message_type: type) -> Dds:
-    return Qos(
-        Policy.Durability.Volatile,
-        Policy.Reliability.BestEffort,
-        Policy.History.KeepLast(10),
-        _type_hash(ros_name(message_type)),
-    )
+def _reader_qos(message_type: type, lossless: bool) -> Dds:
+    if lossless:
+        policies = _RELIABLE_LOSSLESS, Policy.History.KeepAll
+    else:
+        policies = Policy.Reliability.BestEffort, Policy.History.KeepLast(10)
+    return Qos(Policy.Durability.Volatile, *policies, _type_hash(ros_name(message_type)))

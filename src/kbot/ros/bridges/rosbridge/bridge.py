@@ -16,7 +16,7 @@ from kbot.record.encodings.plain import from_plain, to_plain
 from kbot.record.encodings.types import known_type
 from kbot.record.feed import Packet
 from kbot.ros.bridges.link import PeerLink, Topic
-from kbot.ros.bridges.loop import later
+from kbot.ros.bridges.loop import later, wait_for
 from kbot.ros.bridges.websocket.server import Wire
 from kbot.ros.bridges.websocket.topic_server import MOST_SUBSCRIPTIONS, JsonSession, Request, TopicServer
 from kbot.text import KbotError
@@ -165,21 +165,32 @@ class RosbridgeBridge(TopicServer):
         *,
         token: str = "",
         exact: bool = False,
+        client: str = "",
     ) -> None:
         """Start the server.
 
         `token` is the path that clients must use. With `exact`, NaN and infinity, which JSON lacks, are sent
-        as Python's `json` writes them; otherwise they are null.
+        as Python's `json` writes them; otherwise they are null. `client` is the source of its clients'
+        messages at the link.
 
         Raises:
             KbotError: no port is free, or the address is not one of this machine.
         """
-        self.exact = exact
+        self.exact, self.client = exact, client
+        self.sessions = set[_Session]()
+        """The sessions of the connected clients. Used on the loop."""
         super().__init__("rosbridge", link, host, port, lambda wire: _Session(self, wire), token=token)
 
     def describe(self) -> str:
         """Where clients connect, in one sentence."""
         return f"rosbridge: {self.address}"
+
+    def has_subscriber(self, topic: str) -> bool:
+        """Whether a client receives the messages of a topic."""
+        return wait_for(self._has_subscriber(topic))
+
+    async def _has_subscriber(self, topic: str) -> bool:
+        return any(session.subscribes(topic) for session in self.sessions)
 
 
 class _Subscription:
@@ -206,8 +217,13 @@ class _Session(JsonSession):
         self._types: dict[str, type] = {}
         self._confirms = False
         """Whether the client asked for a status also when a message was accepted."""
+        bridge.sessions.add(self)
+
+    def subscribes(self, topic: str) -> bool:
+        return any(name == topic for name, _ in self._subscriptions)
 
     def close(self) -> None:
+        self._bridge.sessions.discard(self)
         for subscription in self._subscriptions.values():
             self._bridge.link.fan_out.unsubscribe(subscription.topic, subscription.send)
 
@@ -257,7 +273,7 @@ class _Session(JsonSession):
         kind = self._types.get(topic.name, topic.message_type)
         message, number = from_plain(request["msg"], kind), request.get("id")
         if number is None:
-            self._bridge.link.send(topic.name, message)
+            self._bridge.link.send(topic.name, message, source=self._bridge.client)
             return
 
         def send_status(refusal: str) -> None:
@@ -266,7 +282,7 @@ class _Session(JsonSession):
                 status = json.dumps({"op": "status", "level": level, "msg": text, "id": number})
                 later(lambda: self._wire.put(status))
 
-        self._bridge.link.send(topic.name, message, send_status)
+        self._bridge.link.send(topic.name, message, send_status, self._bridge.client)
 
     def _set_level(self, request: Request) -> None:
         self._confirms = request["level"] == "info"
