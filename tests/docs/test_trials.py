@@ -28,6 +28,8 @@ def scenarios(folder: Path) -> list[Scenario]:
     page = PAGE.read_text("utf-8")
     texts = [(".yaml", text) for text in blocks(page, "yaml") if "duration:" in text]
     texts += [(".py", text) for text in blocks(page, "python") if "Scenario(" in text]
+    (controller,) = (text for text in blocks(page, "python") if "kbot.Node(" in text)
+    (folder / "to_a_metre.py").write_text(controller, "utf-8")
     found = []
     for number, (suffix, text) in enumerate(texts):
         path = folder / f"block{number}{suffix}"
@@ -38,7 +40,7 @@ def scenarios(folder: Path) -> list[Scenario]:
 
 def test_its_scenarios_pass(tmp_path: Path) -> None:
     found = scenarios(tmp_path)
-    assert len(found) == 4
+    assert len(found) == 6
     for scenario in found:
         for seed in scenario.seeds:
             result = run_trial(scenario, seed)

@@ -16,3 +16,4 @@ VERBS = {
     "tf": ("kbot.cli.ros.graph.tf:command", "Print the coordinate frames of a running KBot."),
 }
 PEERS = "kbot.cli.ros.peer_flags"
+PROGRAM_RUNNER = "kbot.ros.lockstep.programs"

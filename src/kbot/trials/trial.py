@@ -8,13 +8,14 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 
+from kbot.extensions import program_runner
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, resolve_robot_path
 from kbot.navigation.goal_status import GoalState
 from kbot.navigation.goals import Goals
 from kbot.record.record_options import RecordOptions
-from kbot.record.run_outputs import RunOutputs
+from kbot.record.run_outputs import Peers, RunOutputs
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.script import Script
@@ -106,8 +107,8 @@ def _run(
     needs_clearance = with_all_values or "clearance" in _quantities(scenario)
     stage = _Stage(simulation, scenario, Sampler(simulation, with_clearance=needs_clearance))
     with ExitStack() as stack:
-        if record:
-            outputs = RunOutputs(lambda _: None, RecordOptions(record))
+        if record or scenario.programs:
+            outputs = RunOutputs(lambda _: None, RecordOptions(record), _peers(scenario))
             stack.callback(outputs.close)
             outputs.join(simulation, "", world)
         error = stage.run()
@@ -129,10 +130,18 @@ def _run(
             source_lines=concerned_lines(robot, measures, trace) if with_trace else (),
             robot=robot.name,
             recording=record,
+            is_deterministic=all(program.lockstep for program in scenario.programs),
         )
         if result.error:
             return replace(result, failed_at=simulation.time)
         return result if result.passed else replace(result, failed_at=failure_time(scenario.expect, trace))
+
+
+def _peers(scenario: Scenario) -> Peers | None:
+    if not scenario.programs:
+        return None
+    peers: Peers = program_runner().open_programs(scenario.programs, lambda _: None)
+    return peers
 
 
 def _quantities(scenario: Scenario) -> set[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 import time
@@ -14,6 +15,9 @@ from kbot.record.feed import Feed
 from kbot.ros.bridges.link import PeerLink
 from kbot.ros.client.arguments import read_arguments
 from kbot.ros.client.transports import open_transport, wanted_transport
+from kbot.ros.lockstep.channel import VARIABLE
+from kbot.ros.lockstep.follower import Follower
+from kbot.ros.lockstep.link import LockstepLink
 from kbot.text import KbotError
 
 M = TypeVar("M")
@@ -45,6 +49,9 @@ class Node:
     ROS_VERSION or ROS_DISTRO selects it. Callbacks run one after the other, in the thread that calls `spin`
     or `step`. Names are resolved and remapped as in ROS. A node can publish on a topic or subscribe to it,
     not both.
+
+    In a trial, a node runs in step with simulated time: `step` runs everything until the next tick, and time
+    waits for it.
     """
 
     def __init__(self, name: str, argv: Sequence[str] | None = None, transport: str | None = None) -> None:
@@ -61,16 +68,26 @@ class Node:
         self._arguments = read_arguments(name, sys.argv[1:] if argv is None else argv, os.environ)
         self._wall = _WallClockLive()
         self._clock = Clock()
-        self._link = PeerLink(_print, raises_errors=True)
         self._publishers: dict[str, Publisher[Any]] = {}
+        self._is_closed = False
+        self._follower: Follower | None = None
         kind = transport or wanted_transport(os.environ)
-        self._transport = open_transport(kind, self._link, self._arguments)
+        lockstep = os.environ.get(VARIABLE)
+        if lockstep:
+            link = LockstepLink(_print, raises_errors=True)
+            self._link: PeerLink = link
+            self._follower = Follower(lockstep, link, self._wall.bus)
+        else:
+            self._link = PeerLink(_print, raises_errors=True)
+        self._transport = open_transport(kind, self._link, self._arguments, lossless=bool(lockstep))
         feed = Feed(self._wall.bus, lambda: self._clock.nanoseconds)
         self._link.attach(self._wall, feed, batches=False)
-        self._has_time = not self._transport.uses_sim_time
+        if self._follower is not None:
+            self._clock.set(self._follower.join(self.name, kind, self._transport))
+            atexit.register(self.close)  # reports the last messages of a program that does not close its node
+            return
         if self._transport.uses_sim_time:
             self._wall.bus.subscribe("/clock", ClockMessage, self._on_clock)
-        self._is_closed = False
         self.step()
 
     @property
@@ -102,7 +119,10 @@ class Node:
             if not self._is_closed:
                 callback(message)
 
-        return self._wall.bus.subscribe(name, message_type, receive)
+        subscription = self._wall.bus.subscribe(name, message_type, receive)
+        if self._follower is not None:
+            self._follower.connect(name, message_type, publishes=False)
+        return subscription
 
     def advertise(self, topic: str, message_type: type[M], *, latched: bool = False) -> Publisher[M]:
         """A publisher of a topic. Others find the topic at once, before its first message.
@@ -117,6 +137,8 @@ class Node:
             raise KbotError(f"this node subscribes to {name}, so it cannot publish on it")
         publisher = self._wall.bus.advertise(name, message_type, latched=latched)
         self._publishers[name] = publisher
+        if self._follower is not None:
+            self._follower.connect(name, message_type, publishes=True, latched=latched)
         return publisher
 
     def publish(self, topic: str, message: object) -> None:
@@ -128,7 +150,8 @@ class Node:
         name = self._arguments.resolve(topic)
         if name not in self._publishers:
             self.advertise(topic, type(message))
-            self.step()
+            if self._follower is None:
+                self.step()
         self._publishers[name].publish(message)
 
     def every(self, seconds: float, callback: Callable[[], None]) -> Timer:
@@ -164,9 +187,14 @@ class Node:
     def step(self) -> None:
         """Run the callbacks of received messages and of due timers.
 
+        In a trial, wait for the next tick, and run those until then.
+
         Raises:
-            KbotError: KBot has closed the connection.
+            KbotError: KBot has closed the connection, or the trial has ended.
         """
+        if self._follower is not None:
+            self._follow(self._follower)
+            return
         if self._transport.failure is not None:
             raise self._transport.failure
         now = time.time_ns()
@@ -178,14 +206,21 @@ class Node:
     def spin(self, seconds: float | None = None) -> None:
         """Run callbacks for `seconds` of wall-clock time, or until `close` or Ctrl-C, which closes the node.
 
+        In a trial, `seconds` are simulated, and the end of the trial ends it too.
+
         Raises:
             KbotError: KBot has closed the connection.
         """
-        end = None if seconds is None else time.monotonic() + seconds
+        follower = self._follower
+        time_now = time.monotonic if follower is None else lambda: self.now
+        end = None if seconds is None else time_now() + seconds
         try:
-            while not self._is_closed and (end is None or time.monotonic() < end):
+            while not self._is_closed and (end is None or time_now() < end):
+                if follower is not None and follower.has_ended:
+                    return
                 self.step()
-                time.sleep(_POLL_SECONDS)
+                if follower is None:
+                    time.sleep(_POLL_SECONDS)
         except KeyboardInterrupt:
             self.close()
 
@@ -193,6 +228,9 @@ class Node:
         """Disconnect. No callback runs afterwards."""
         if not self._is_closed:
             self._is_closed = True
+            if self._follower is not None:
+                self._follower.close()
+                atexit.unregister(self.close)
             self._transport.close()
             self._link.end()
 
@@ -202,6 +240,17 @@ class Node:
     def __exit__(self, *_: object) -> None:
         with suppress(KeyboardInterrupt):
             self.close()
+
+    def _follow(self, follower: Follower) -> None:
+        """Finish the current tick, and run the next one."""
+        if self._is_closed:
+            return
+        if follower.has_ended:
+            raise KbotError("the trial has ended")
+        follower.finish_tick()
+        tick = follower.next_tick()
+        if tick is not None:
+            follower.run_tick(tick, lambda now: self._move(self._clock, now), lambda: self._is_closed)
 
     def _on_clock(self, message: ClockMessage) -> None:
         self._move(self._clock, message.clock.nanoseconds)

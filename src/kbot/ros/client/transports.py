@@ -23,6 +23,8 @@ class LocalTransport:
     """Connects the node's topics to a KBot on this machine. Its own thread receives messages."""
 
     uses_sim_time = True
+    identity = ""
+    """KBot knows this client by its connection."""
 
     def __init__(self, link: PeerLink) -> None:
         """Raises KbotError: no KBot runs, or several run and KBOT_AT selects none of them."""
@@ -45,6 +47,9 @@ class LocalTransport:
                 return None
             value: ParameterValue = json.loads(self._requests.call("/rosapi/get_param", name=name)["value"])
             return value
+
+    def is_connected(self, topic: str, peer: str, publishes: bool) -> bool:
+        return True  # KBot knows when it has the subscription, and `advertise` waits
 
     def close(self) -> None:
         self._is_closed = True
@@ -104,6 +109,15 @@ class Transport(Protocol):
     failure: KbotError | None
     """Why the connection was lost for good; None while it may still work."""
 
+    @property
+    def identity(self) -> str:
+        """The `source` of this node's messages at the links of its peers."""
+        ...
+
+    def is_connected(self, topic: str, peer: str, publishes: bool) -> bool:
+        """Whether this side of a topic, which it `publishes` or not, is ready for a peer."""
+        ...
+
     def parameter(self, name: str) -> ParameterValue:
         """The value of a parameter by its full name; None if it is not set."""
         ...
@@ -130,13 +144,17 @@ def wanted_transport(environment: Mapping[str, str]) -> str:
     return "ros2" if environment.get("ROS_DISTRO") else "local"
 
 
-def open_transport(kind: str, link: PeerLink, node: NodeArguments) -> Transport:
-    """Raises KbotError: no peer was found. The error names what to start."""
+def open_transport(kind: str, link: PeerLink, node: NodeArguments, *, lossless: bool = False) -> Transport:
+    """Connect a node. With `lossless`, no message is dropped, as lockstep needs it.
+
+    Raises:
+        KbotError: no peer was found. The error names what to start.
+    """
     if kind == "local":
         return LocalTransport(link)
     if kind == "ros1":
         return _Ros1(link, node)
-    return _Ros2(link, node)
+    return _Ros2(link, node, lossless)
 
 
 class _Ros1:
@@ -150,6 +168,8 @@ class _Ros1:
         # like any ROS 1 node, a user's node contacts all nodes that the master of its environment names
         self._bridge = Ros1Bridge(link, node=self._node, own_master=False, other_machines=True)
         self.uses_sim_time = bool(self.parameter("/use_sim_time"))
+        self.identity = self._bridge.identity
+        self.is_connected = self._bridge.is_connected
 
     def parameter(self, name: str) -> ParameterValue:
         from kbot.ros.bridges.ros1.rpc import RpcFailed, call
@@ -169,9 +189,11 @@ class _Ros1:
 class _Ros2:
     failure: KbotError | None = None
 
-    def __init__(self, link: PeerLink, node: NodeArguments) -> None:
-        self._bridge = ros2.open_bridge(link, None, node.full_name)
+    def __init__(self, link: PeerLink, node: NodeArguments, lossless: bool) -> None:
+        self._bridge = ros2.open_bridge(link, None, node.full_name, lossless=lossless)
         self.uses_sim_time = bool(node.parameters.get("use_sim_time"))
+        self.identity = self._bridge.identity
+        self.is_connected = self._bridge.is_connected
 
     def parameter(self, name: str) -> ParameterValue:
         return None  # in ROS 2 a node gets its parameters only from its command line
