@@ -137,7 +137,8 @@ def still(film: bytes) -> bytes:
 def encode(pictures: Sequence[Image.Image], kind: str = "WEBP", rate: float = RATE) -> bytes:
     """Return pictures as one animated picture that repeats."""
     shown = [round(1000.0 / rate)] * (len(pictures) - 1) + [round(1000.0 * _HOLD)]
-    options: dict[str, object] = {"quality": _QUALITY, "method": 2} if kind == "WEBP" else {}
+    # a new key frame is a little different, so that a picture in which nothing moves would flicker
+    options: dict[str, object] = {"quality": _QUALITY, "method": 2, "kmax": 0} if kind == "WEBP" else {}
     packed = io.BytesIO()
     pictures[0].save(
         packed, kind, save_all=True, append_images=pictures[1:], duration=shown, loop=0, **options
