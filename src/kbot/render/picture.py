@@ -141,21 +141,26 @@ class Painter:
         part = slice(rows.start * finer, rows.stop * finer)
         depths, colours = depths[part], colours[part]
         hit = depths < 1.0
-        count = _reduced(np.add, hit.view(np.uint8), finer)
-        planes = (np.where(hit, colours[..., channel], 0) for channel in range(3))
-        summed = np.stack([_reduced(np.add, plane.astype(np.uint16), finer) for plane in planes])
-        nearest = _reduced(np.minimum, depths, finer)
+        count = _in_columns(np.add, _in_rows(np.add, hit.view(np.uint8), finer), finer)
+        added = _in_rows(np.add, colours.astype(np.uint16), finer)  # the engine's background is black
+        summed = np.stack([_in_columns(np.add, added[..., channel], finer) for channel in range(3)])
+        nearest = _in_columns(np.minimum, _in_rows(np.minimum, depths, finer), finer)
         return summed / (255.0 * np.maximum(count, 1)), count / finer**2, self._canvas.metres(nearest)
 
 
-def _reduced(combine: np.ufunc, plane: NDArray[Number], finer: int) -> NDArray[Number]:
-    """Combine each block of `finer` x `finer` values.
+def _in_rows(combine: np.ufunc, values: NDArray[Number], finer: int) -> NDArray[Number]:
+    """Combine each `finer` rows.
 
     Adding whole rows and then every n-th column is several times as fast as numpy's sum over axes of blocks.
     """
-    rows: NDArray[Number] = reduce(combine, (plane[row::finer] for row in range(finer)))
-    blocks: NDArray[Number] = reduce(combine, (rows[:, column::finer] for column in range(finer)))
-    return blocks
+    combined: NDArray[Number] = reduce(combine, (values[row::finer] for row in range(finer)))
+    return combined
+
+
+def _in_columns(combine: np.ufunc, values: NDArray[Number], finer: int) -> NDArray[Number]:
+    """Combine each `finer` columns."""
+    combined: NDArray[Number] = reduce(combine, (values[:, column::finer] for column in range(finer)))
+    return combined
 
 
 def _model(
@@ -164,7 +169,7 @@ def _model(
     spec = mujoco.MjSpec()
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = size
-    visual.quality.offsamples = 0
+    visual.quality.offsamples = visual.quality.shadowsize = 0
     spec.stat.extent = 1.0
     visual.headlight.ambient = (_AMBIENT,) * 3
     visual.headlight.diffuse = visual.headlight.specular = (0.0, 0.0, 0.0)
