@@ -34,6 +34,7 @@ from kbot.trials import (
     Settles,
     StaysUpright,
     Step,
+    run_trial,
 )
 from kbot.trials.scenario_file import find_scenario_files, python_scenarios, read_scenarios, yaml_scenarios
 from kbot.trials.schema import json_schema
@@ -149,6 +150,12 @@ def test_yaml_means_the_same_as_python() -> None:
         {"distance": Range(min=2.0), "tilt": Range(max=0.5)},
         (Program("driver.py"), Program("driver.py", ("_speed:=0.2", "3"), lockstep=False)),
     )
+
+
+@pytest.mark.usefixtures("folder")
+def test_an_error_of_a_step_in_the_run_has_its_place() -> None:
+    (scenario,) = read_scenarios(write("robot: kbot\nduration: 1\nsteps:\n  - remove_object: {name: box}\n"))
+    assert run_trial(scenario).error.startswith("own.scenario.yaml:4:5: step 1, remove box: ")
 
 
 @pytest.mark.usefixtures("folder")

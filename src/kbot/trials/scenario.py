@@ -56,11 +56,13 @@ class Step:
     action  what happens
     at      earliest time in s
     when    condition for which the step waits, from `at` on
+    place   file, line and column of the step, for its errors; empty in Python
     """
 
     action: Action
     at: float = 0.0
     when: Condition = field(default_factory=dict)
+    place: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.at <= LONGEST:

@@ -127,7 +127,8 @@ class StepFormat:
         found_times = self.times.read_entries(times, at)
         if not is_fine or WRONG in begun or WRONG in found_times.values():
             return WRONG
-        return self.times.made({"action": begun[0], **found_times}, at)
+        place = str(at.document.span(*at.keys))
+        return self.times.made({"action": begun[0], "place": place, **found_times}, at)
 
     def schema(self) -> Schema:
         found = self.times.schema()
@@ -213,7 +214,7 @@ def scenario_format() -> Record:
         RobotSource, {"file": FileName(find_robot), "packages": ListOf(FileName(find_file))}, short="file"
     )
     program = record(Program, {"file": FileName(find_file), "arguments": ListOf(AsWritten())}, short="file")
-    times = record(Step, {"when": _condition()}, without=["action"])
+    times = record(Step, {"when": _condition()}, without=["action", "place"])
     expectation = ExpectationFormat({name: record(kind) for name, kind in EXPECTATIONS.items()}, _bounds())
     found = record(
         Scenario,

@@ -225,7 +225,8 @@ class _Stage:
                 step.action.begin(self)
             except KbotError as error:
                 number = len(self._scenario.steps) - len(self._waiting)
-                raise KbotError(f"step {number}, {step.action}: {first_error(error)}") from error
+                place = f"{step.place}: " if step.place else ""
+                raise KbotError(f"{place}step {number}, {step.action}: {first_error(error)}") from error
 
     def _look_at_goal(self) -> None:
         goals = self._goals
