@@ -336,6 +336,23 @@ def test_a_report_of_many_trials_stays_small(
     assert "2 films are not shown, to keep the report small." in page.text
 
 
+def test_long_names_do_not_make_a_large_report(results: list[TrialResult]) -> None:
+    long = "n" * 1_000_000
+    trace, around = results[0].trace, results[0].surroundings
+    assert trace is not None
+    assert around is not None
+    measures = (MeasureResult(f"support/{long}", 0.0, "N", 1.0, detail=long), results[0].measures[0])
+    hostile = replace(
+        results[0],
+        name=long,
+        robot=long,
+        measures=measures,
+        trace=replace(trace, support={long: trace["x"]}, events=(Event(1.0, long, "step"),) * 10),
+        surroundings=replace(around, world=long, parts=(replace(around.parts[0], name=long),) * 100),
+    )
+    assert len(html_report([hostile])) < 500_000
+
+
 def test_a_diverged_run_has_a_report(results: list[TrialResult]) -> None:
     trace = results[0].trace
     assert trace is not None

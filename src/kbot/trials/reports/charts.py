@@ -54,6 +54,7 @@ QUANTITIES_OF: dict[str, tuple[str, ...]] = {
     "heading_to_target": ("yaw", "odometry_yaw"),
 }
 """The quantities that show a measure over time. The first one is what the bound applies to."""
+_LONGEST_LABEL = 60
 _END_SHARE = 0.03
 """The part of a plot in which the bound of a value at the end is shaded."""
 _DEFAULT = ("speed", "command_linear")
@@ -79,7 +80,10 @@ class Chart:
 
 
 def charts(result: TrialResult, measures: Sequence[MeasureResult]) -> Iterator[Chart]:
-    """Yield a plot for each measure that the trace of a result can show."""
+    """Yield a plot for each measure that the trace of a result can show.
+
+    Labels have at most `_LONGEST_LABEL` characters: a stranger's link may have any name.
+    """
     trace = result.trace
     if trace is None or len(trace) < 2:
         return
@@ -89,7 +93,7 @@ def charts(result: TrialResult, measures: Sequence[MeasureResult]) -> Iterator[C
             continue
         # what is worst is shown against all of the time, and each curve keeps its peaks
         kept = _kept(trace["time"], [values for _, values in curves])
-        drawn = [Curve(label, _plain(values[kept])) for label, values in curves]
+        drawn = [Curve(label[:_LONGEST_LABEL], _plain(values[kept])) for label, values in curves]
         bounds = list(_bounds(measure, trace, curves))
         svg = plot_svg(trace["time"][kept].tolist(), drawn, WIDTH, HEIGHT, None, bounds)
         yield Chart(measure.name, svg)
@@ -146,7 +150,7 @@ def _bounds(measure: MeasureResult, trace: Trace, curves: Sequence[tuple[str, Ar
         is_reference = (name.startswith("max_") and not is_above) or (name == "clearance" and is_above)
         yield Bound(value + offset, label, is_above, is_time, None if is_reference else since)
         if name in _OF_MAGNITUDE and is_above:
-            yield Bound(-value, label, is_above=False)
+            yield Bound(-value, "", is_above=False)  # the label of the other sign is near
 
 
 def _since(name: str, trace: Trace) -> float:

@@ -33,6 +33,8 @@ MOST_TRIALS = 5000
 """Rows of the table of trials."""
 MOST_FAILED, MOST_PASSED = 100, 200
 """Trials that are shown in detail."""
+MOST_CHARACTERS = 4000
+"""Characters of one text. A stranger's name may be as long as its file, and is in many places."""
 MOST_FILM_BYTES = 20_000_000
 """Size of all films of a report. A film of 5 s takes about 300 kB."""
 MOST_PLOT_BYTES = 10_000_000
@@ -292,7 +294,10 @@ def _map(result: TrialResult, trace: Trace, around: Surroundings) -> str:
     looks: Callable[[str, bool], str] = lambda name, is_ground: (  # noqa: E731
         "touched" if name in touched else "ground" if is_ground else "wall"
     )
-    areas = [Area(part.corners, looks(part.name, part.is_ground), part.name) for part in around.parts]
+    areas = [
+        Area(part.corners, looks(part.name, part.is_ground), _shortened(part.name, 80))
+        for part in around.parts
+    ]
     areas.sort(key=lambda area: ("ground", "wall", "touched").index(area.look))
     if around.robot:
         for look, row in (("start", 0), ("end", len(truth) - 1)):
@@ -305,7 +310,7 @@ def _map(result: TrialResult, trace: Trace, around: Surroundings) -> str:
     marks = [
         Mark(float(truth[row, 0]), float(truth[row, 1]), number) for number, row in rows if row < len(truth)
     ]
-    title = f"Path of {result.title} from above"
+    title = f"Path of {_shortened(result.title, 200)} from above"
     picture = PathPicture(title, truth, odometry if len(odometry) else truth, areas, circles, marks)
     keys = [
         _key('<path stroke="var(--plot-1)" stroke-width="3" d="M0 5h24"/>', "true path"),
@@ -501,7 +506,11 @@ def _about(result: TrialResult) -> str:
 
 def _text(text: str) -> str:
     """A text in HTML."""
-    return escape(text)
+    return escape(_shortened(text, MOST_CHARACTERS))
+
+
+def _shortened(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 def _media_type(film: bytes) -> str:
