@@ -10,7 +10,7 @@ import base64
 import hashlib
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
@@ -26,7 +26,7 @@ from kbot.trials.measures import find_measure
 from kbot.trials.reports.charts import charts
 from kbot.trials.reports.table import replay_command
 from kbot.trials.results import MeasureResult, TrialResult
-from kbot.trials.surroundings import Surroundings
+from kbot.trials.surroundings import Outlined, Surroundings
 from kbot.trials.trace import Event, Trace
 
 MOST_TRIALS = 5000
@@ -291,13 +291,7 @@ def _map(result: TrialResult, trace: Trace, around: Surroundings) -> str:
         return ""
     odometry = _finite(np.stack([trace["odometry_x"], trace["odometry_y"]], axis=1))
     touched = set(trace.touched)
-    looks: Callable[[str, bool], str] = lambda name, is_ground: (  # noqa: E731
-        "touched" if name in touched else "ground" if is_ground else "wall"
-    )
-    areas = [
-        Area(part.corners, looks(part.name, part.is_ground), _shortened(part.name, 80))
-        for part in around.parts
-    ]
+    areas = [Area(part.corners, _look(part, touched), _shortened(part.name, 80)) for part in around.parts]
     areas.sort(key=lambda area: ("ground", "wall", "touched").index(area.look))
     if around.robot:
         for look, row in (("start", 0), ("end", len(truth) - 1)):
@@ -327,6 +321,12 @@ def _map(result: TrialResult, trace: Trace, around: Surroundings) -> str:
     if marks:
         keys.append("<span>Numbers are the events below.</span>")
     return f"<figure>{path_svg(picture)}<figcaption>{''.join(keys)}</figcaption></figure>"
+
+
+def _look(part: Outlined, touched: Collection[str]) -> str:
+    if part.name in touched:
+        return "touched"
+    return "ground" if part.is_ground else "wall"
 
 
 def _key(drawing: str, text: str) -> str:
