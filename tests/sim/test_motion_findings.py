@@ -123,6 +123,16 @@ def test_a_wrong_radius_is_reported_with_its_line(urdf):
     assert found.origin.span.line == line_of(text, "<wheel_diameter>")
 
 
+def test_a_limit_does_not_explain_why_a_robot_drives_too_far(urdf):
+    """It drives r / r' = 0.05 / 0.04 of the command, less half of the 3 s in which it starts."""
+    limit = "<max_linear_acceleration>0.1</max_linear_acceleration>"
+    text = cart(diameter=0.08).replace("</plugin>", f"\n{limit}</plugin>")
+    found = only(driven(urdf(text), (0.3, 0.0, 40.0)))
+    assert found.code == "W301"
+    assert "the robot drives 120 % of the commanded distance: " in found.message
+    assert "(D106)" in found.message
+
+
 @pytest.mark.parametrize(("separation", "is_reported"), [(0.3 * 1.015, False), (0.3 * 1.03, True)])
 def test_only_differences_above_two_per_cent_are_reported(urdf, separation, is_reported):
     simulation = driven(urdf(cart(separation=separation)), (0.0, 1.0, 20.0))

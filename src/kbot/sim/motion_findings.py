@@ -446,7 +446,7 @@ class MotionFindings:
         """The limits of the drive, the direction of its wheels, sizes that are off, weak motors, or slip."""
         off = abs(seen.share - seen.odometry)
         limits = self._limit_of(seen) or self._steering_limit(seen)
-        if limits is not None:
+        if limits is not None and seen.share < 1.0:
             return limits
         found = self._drive_fault(("D132", *(("D106", "D105") if off > _SAME else ())))
         if found is not None:
