@@ -79,7 +79,10 @@ def _starts(text: str) -> list[int]:
 def _insert(line: str) -> Callable[[random.Random, Texts, Path], bool]:
     def edit(rng: random.Random, texts: Texts, path: Path) -> bool:
         text = texts[path]
-        at = rng.choice(_starts(text))
+        starts = _starts(text)
+        if not starts:
+            return False
+        at = rng.choice(starts)
         texts[path] = text[:at] + line.format(rng.randrange(10**6)) + text[at:]
         return True
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kbot.trials.compare.text_edits import applied, edit_groups, text_edits, with_moves
+from kbot.trials.compare.text_edits import applied, edit_groups, text_edits
 
 _LINES = st.lists(
     st.sampled_from(
@@ -101,15 +101,3 @@ def test_lines_match_although_a_name_is_new_in_each():
         ("1", "2"),
         ("space", "place"),
     ]
-
-
-def test_a_part_in_another_order_is_moved_with_its_own_text():
-    moved = J2.replace("y", "other")
-    assert with_moves(f"{J1}{J2}{J3}{J1}", f"{J1}{J3}{J1}{moved}") == f"{J1}{J3}{J1}{J2}"
-    assert with_moves(f"{J1}{J2}", f"{J1}{J2}<k/>\n") == f"{J1}{J2}"
-
-
-@given(st.permutations(["<a>\n1\n</a>\n", "<b/>\n", "<c>\n<d/>\n</c>\n", "x: y\n", "\n"]))
-def test_a_permutation_of_parts_is_only_moves(order: list[str]):
-    before = "".join(sorted(order))
-    assert sorted(with_moves(before, "".join(order)).splitlines()) == sorted(before.splitlines())

@@ -20,6 +20,7 @@ from kbot.model import Collision, Mesh, RobotModel, Visual
 from kbot.model.load import Loaded
 from kbot.text import DescriptionError, DiagnosticCollector, KbotError, read_source
 from kbot.text.files import unsaved
+from kbot.trials.compare.element_order import in_order_of
 from kbot.trials.compare.model_equality import (
     Value,
     behaviour,
@@ -29,7 +30,7 @@ from kbot.trials.compare.model_equality import (
     relevant_meshes,
 )
 from kbot.trials.compare.revisions import Description, absolute
-from kbot.trials.compare.text_edits import TextEdit, applied, edit_groups, with_moves
+from kbot.trials.compare.text_edits import TextEdit, applied, edit_groups
 from kbot.xacro import Packages
 from kbot.xacro.assignments import Assignments
 from kbot.xacro.packages import package_around, package_name
@@ -268,7 +269,7 @@ class Edits:
     def _reordered(self, path: str, old: str, new: str) -> str:
         """The text of A in the order of B, if the order does not matter. Then a fault in a part that was
         moved is an edit by itself."""
-        moved = with_moves(old, new)
+        moved = in_order_of(old, new)
         if moved == old:
             return old
         variant = dataclasses.replace(self._unused, texts={**self._unused.texts, path: moved})

@@ -8,6 +8,8 @@ elements.
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
@@ -28,8 +30,8 @@ _MOST_PARTS = 8
 """Edits within a pair of lines. More of them do not make sense one by one: the line was replaced."""
 _MOST_TOKENS = 2000
 """Words of a replaced block that are compared. The time grows with the square."""
-_MOVED = 0.7
-"""The least similarity (from 0 to 1) of a removed and an added block, to be one that was moved."""
+_LONG = 5000
+"""Lines without a unique one among them, from which frequent lines are ignored: they take quadratic time."""
 _ALIKE = 0.5
 """The least similarity (from 0 to 1) of two blocks of different length whose words are compared."""
 
@@ -53,37 +55,6 @@ def text_edits(before: str, after: str) -> list[TextEdit]:
     return min(ways, key=lambda edits: sum(e.end - e.start + e.to_end - e.to_start for e in edits))
 
 
-def with_moves(before: str, after: str) -> str:
-    """Text A with its parts in the order of text B.
-
-    A part was moved if lines that were removed are similar to lines that were added. What else changed in it
-    is not applied.
-    """
-    edits = text_edits(before, after)
-    removed = [edit for edit in edits if edit.to_start == edit.to_end]
-    moved: list[tuple[int, int, str]] = []
-    for added in (edit for edit in edits if edit.start == edit.end):
-        text = after[added.to_start : added.to_end]
-        alike = [(_likeness(before[edit.start : edit.end], text), -edit.start, edit) for edit in removed]
-        likeness, _, edit = max(alike, default=(0.0, 0, added))
-        if likeness >= _MOVED:
-            removed.remove(edit)
-            moved += (edit.start, edit.end, ""), (added.start, added.start, before[edit.start : edit.end])
-    parts, at = list[str](), 0
-    for start, end, text in sorted(moved, key=lambda item: item[:2]):
-        parts += before[at:start], text
-        at = end
-    return "".join((*parts, before[at:]))
-
-
-def _likeness(removed: str, added: str) -> float:
-    """How similar two blocks of whole lines are, from 0 to 1."""
-    one, other = _TOKEN.findall(removed), _TOKEN.findall(added)
-    if not removed.endswith("\n") or not removed.strip() or max(len(one), len(other)) > _MOST_TOKENS:
-        return 0.0
-    return SequenceMatcher(None, one, other, autojunk=False).ratio()
-
-
 def _pattern(line: str) -> str:
     """A line without its white space, numbers and expressions."""
     return _VALUE.sub("0", "".join(line.split()))
@@ -92,9 +63,8 @@ def _pattern(line: str) -> str:
 def _line_edits(a: Sequence[str], b: Sequence[str], key: Callable[[str], str]) -> list[TextEdit]:
     """The edits between lines, of which those with the same key match."""
     starts_a, starts_b = [0, *accumulate(map(len, a))], [0, *accumulate(map(len, b))]
-    matcher = SequenceMatcher(None, [*map(key, a)], [*map(key, b)], autojunk=False)
     found: list[TextEdit] = []
-    for tag, i1, i2, j1, j2 in matcher.get_opcodes():
+    for tag, i1, i2, j1, j2 in _opcodes([*map(key, a)], [*map(key, b)]):
         if tag in ("replace", "equal"):
             pairs = [(i1, i2, j1, j2)]
             if i2 - i1 == j2 - j1:
@@ -166,6 +136,40 @@ def applied(before: str, after: str, edits: Iterable[TextEdit]) -> str:
         parts += before[at : edit.start], after[edit.to_start : edit.to_end]
         at = edit.end
     return "".join((*parts, before[at:]))
+
+
+def _opcodes(a: Sequence[str], b: Sequence[str]) -> Iterator[tuple[str, int, int, int, int]]:
+    """How to turn a list of lines into another one, as `SequenceMatcher.get_opcodes` does.
+
+    Lines that are unique in both lists are matched first (the patience diff of Bram Cohen). So the time does
+    not grow with the square of the length, and similar elements are not matched with each other.
+    """
+    last, to_last = 0, 0
+    for i, j in (*_unique_matches(a, b), (len(a), len(b))):
+        gap = SequenceMatcher(None, a[last:i], b[to_last:j], autojunk=max(i - last, j - to_last) > _LONG)
+        for tag, i1, i2, j1, j2 in gap.get_opcodes():
+            yield tag, last + i1, last + i2, to_last + j1, to_last + j2
+        if i < len(a):
+            yield "equal", i, i + 1, j, j + 1
+        last, to_last = i + 1, j + 1
+
+
+def _unique_matches(a: Sequence[str], b: Sequence[str]) -> list[tuple[int, int]]:
+    """The longest list of lines in the same order that are unique in both lists, by their indexes."""
+    counts_a, counts_b = Counter(a), Counter(b)
+    places = {line: index for index, line in enumerate(b)}
+    pairs = [(i, places[line]) for i, line in enumerate(a) if counts_a[line] == 1 == counts_b[line]]
+    # the longest increasing subsequence: for each length, the pair that ends it lowest
+    ends, lowest, before = list[int](), list[int](), list[int]()
+    for index, (_, j) in enumerate(pairs):
+        length = bisect_left(lowest, j)
+        before.append(ends[length - 1] if length else -1)
+        ends[length : length + 1], lowest[length : length + 1] = [index], [j]
+    found, at = list[tuple[int, int]](), ends[-1] if ends else -1
+    while at >= 0:
+        found.append(pairs[at])
+        at = before[at]
+    return found[::-1]
 
 
 def _equal(pairs: Iterable[tuple[str, str]]) -> int:
