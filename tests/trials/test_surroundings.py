@@ -91,3 +91,25 @@ def test_a_trial_without_trace_has_no_map() -> None:
     result = run_trial(Scenario("rest", 0.1, robot=KBOT))
     assert result.surroundings is None
     assert result.source_lines == ()
+
+
+def test_a_touched_link_of_a_model_is_found_on_the_map(tmp_path: Path) -> None:
+    """Of a gate of two posts, KBot touches the left one."""
+    posts = "".join(
+        f'<link name="{name}"><pose>0.5 {y} 0.1 0 0 0</pose><inertial><mass>50</mass></inertial>'
+        f'<collision name="c"><geometry><box>'
+        f"<size>0.05 0.05 0.2</size></box></geometry></collision></link>"
+        for name, y in (("left", 0.05), ("right", -0.5))
+    )
+    (tmp_path / "gate.sdf").write_text(
+        '<sdf version="1.6"><world name="w"><model name="floor"><static>true</static><link name="l">'
+        '<collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link>'
+        f'</model><model name="gate">{posts}</model></world></sdf>'
+    )
+    scenario = Scenario("gate", 3.0, [Step(Command(0.3))], [NeverTouches()], KBOT, str(tmp_path / "gate.sdf"))
+    result = run_trial(scenario, with_trace=True)
+    assert result.trace is not None
+    assert result.surroundings is not None
+    (touched,) = result.trace.touched
+    (part,) = [part for part in result.surroundings.parts if part.name == touched]
+    assert min(y for _, y in part.corners) == pytest.approx(0.025, abs=1e-3)  # KBot moves 50 kg only a little

@@ -105,7 +105,7 @@ def _parts(simulation: Simulation) -> Iterator[Outlined]:
         for part in body.parts:
             corners = _outline(part.shape, pose @ part.pose) if part.solid else ()
             if len(corners) > 2:
-                yield Outlined(body.belongs_to, corners, part.ground)
+                yield Outlined(body.name, corners, part.ground)
 
 
 def _outline(shape: Shape, pose: Transform) -> tuple[Point, ...]:
