@@ -219,3 +219,11 @@ def test_view_opens_only_recordings_at_a_time() -> None:
         CliRunner().invoke(
             kbot.cli.view.command, ["kbot", "--at", "3"], catch_exceptions=False, standalone_mode=False
         )
+
+
+def test_batteries_that_a_robot_cannot_run_are_noted(shared: Path) -> None:
+    folder = shared / "corpus/expected/ros-controls+ros2_control_demos/example_11/description/urdf"
+    result = run(str(folder / "carlikebot.urdf.xacro.urdf"), "--battery", "all", "--list")
+    assert "maze" not in result.stdout.split()
+    assert "circle" in result.stdout.split()
+    assert "'maze' does not apply: robot 'carlikebot_robot' steers" in result.stderr

@@ -20,7 +20,7 @@ from kbot.cli.arguments import (
     package_path_option,
     split_arguments,
 )
-from kbot.cli.output import fail, has_color, print_json, report_error
+from kbot.cli.output import fail, has_color, print_json, print_note, report_error
 from kbot.cli.progress import busy, counting
 from kbot.text.files import write_text
 
@@ -185,6 +185,8 @@ def _try(
         selection = _select(pool, paths, values, choice)
         for error in selection.errors:
             report_error(error)
+        for note in selection.notes:
+            print_note(note)
         if only_list:
             _list(selection.tasks)
             return UNUSABLE if selection.errors else PASSED

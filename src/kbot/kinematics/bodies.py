@@ -102,7 +102,7 @@ def robot_bounds(
 
 def total_mass(robot: RobotModel) -> float:
     """Mass of all links in kg; a mass that is not positive and finite counts as 0."""
-    return sum(inertial.mass for _, inertial in _with_mass(robot))
+    return sum(inertial.mass for _, inertial in with_mass(robot))
 
 
 def center_of_mass(
@@ -114,7 +114,7 @@ def center_of_mass(
     """
     moment, mass = np.zeros(3), 0.0
     poses = tree.poses(joints)
-    for name, inertial in _with_mass(tree.robot):
+    for name, inertial in with_mass(tree.robot):
         moment += inertial.mass * poses[name].apply(inertial.pose.xyz)
         mass += inertial.mass
     if mass == 0.0:
@@ -122,7 +122,8 @@ def center_of_mass(
     return tree.pose(in_frame or tree.root, joints=joints).inverse().apply(moment / mass)
 
 
-def _with_mass(robot: RobotModel) -> Iterator[tuple[str, Inertial]]:
+def with_mass(robot: RobotModel) -> Iterator[tuple[str, Inertial]]:
+    """The names and inertials of the links whose mass is positive and finite."""
     for name, link in robot.links.items():
         if link.inertial is not None and 0.0 < link.inertial.mass < np.inf:
             yield name, link.inertial

@@ -80,18 +80,20 @@ def outline(robot: RobotModel, base: str) -> Outline:
 
 def height(robot: RobotModel, base: str) -> float:
     """The robot's height in m along z of the link `base`, joints at zero."""
-    heights = [z for _, _, z in _corners_of_shapes(robot, base)]
+    heights = [z for _, (_, _, z) in corners_of_shapes(robot, base)]
     return max(heights) - min(heights) if heights else 0.0
 
 
 def _corners(robot: RobotModel, base: str) -> list[tuple[float, float]]:
-    found = [(x, y) for x, y, _ in _corners_of_shapes(robot, base)]
+    found = [(x, y) for _, (x, y, _) in corners_of_shapes(robot, base)]
     if not found:
         raise KbotError(f"robot '{robot.name}' has no <collision>, so its size is unknown")
     return found
 
 
-def _corners_of_shapes(robot: RobotModel, base: str) -> Iterator[tuple[float, float, float]]:
+def corners_of_shapes(robot: RobotModel, base: str) -> Iterator[tuple[str, tuple[float, float, float]]]:
+    """The corners of the boxes around the collision shapes, each with its link, in m in the frame of `base`,
+    joints at zero."""
     tree = FrameTree(robot)
     for link in robot.links.values():
         for collision in link.collisions:
@@ -101,4 +103,4 @@ def _corners_of_shapes(robot: RobotModel, base: str) -> Iterator[tuple[float, fl
             in_base = tree.pose(link.name, in_frame=base) @ Transform.of(collision.pose)
             for corner in product(*zip(*(v.tolist() for v in reach), strict=True)):
                 x, y, z = in_base.apply(corner).tolist()
-                yield x, y, z
+                yield link.name, (x, y, z)

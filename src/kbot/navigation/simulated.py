@@ -72,11 +72,18 @@ def require_turning(simulation: Simulation) -> DifferentialDrive:
     drive, name = simulation.robots.first.drive, simulation.robots.first.name
     if isinstance(drive, NoDrive):
         raise KbotError(f"robot '{name}' cannot drive: {drive.reason}")
-    if isinstance(drive, SteeredDrive) and not drive.turns_in_place:
-        raise KbotError(f"robot '{name}' steers: goals are only planned for robots that turn on the spot")
-    if drive.mistakes:
-        raise KbotError(f"robot '{name}' cannot follow a path: {next(iter(drive.mistakes.values()))}")
+    reason = why_no_goals(drive)
+    if reason:
+        raise KbotError(f"robot '{name}' {reason}")
     return drive
+
+
+def why_no_goals(drive: DifferentialDrive) -> str:
+    """Why a robot with this drive cannot follow a path to a goal; empty if it can."""
+    if isinstance(drive, SteeredDrive) and not drive.turns_in_place:
+        return "steers: goals are only planned for robots that turn on the spot"
+    mistakes = list(drive.mistakes.values())
+    return f"cannot follow a path: {mistakes[0]}" if mistakes else ""
 
 
 def level_lidar(simulation: Simulation) -> LidarSensor | None:

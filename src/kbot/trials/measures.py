@@ -173,6 +173,7 @@ _BUILT_IN: tuple[Measure, ...] = (
         _largest("left"),
         MILLIMETRE,
     ),
+    Measure("final_up", "m", "rise of the base's origin since the start", _final("up"), MILLIMETRE),
     Measure("path_length", "m", "length of the true path", _final("distance"), MILLIMETRE),
     Measure("max_speed", "m/s", "highest speed over the ground", _largest("speed"), 0.005),
     Measure("max_turn_rate", "rad/s", "highest turning speed", _largest("turn_rate"), 0.01),
@@ -184,6 +185,13 @@ _BUILT_IN: tuple[Measure, ...] = (
         "m",
         "distance between the true position and that of odometry at the end",
         _final("odometry_error"),
+        MILLIMETRE,
+    ),
+    Measure(
+        "max_odometry_error",
+        "m",
+        "largest distance between the true position and that of odometry",
+        _largest("odometry_error"),
         MILLIMETRE,
     ),
     Measure(

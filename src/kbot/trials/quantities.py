@@ -32,6 +32,7 @@ _ALL = (
     Quantity("forward", "m", "displacement since the start, along the heading at the start"),
     Quantity("left", "m", "displacement since the start, to the left of the heading at the start"),
     Quantity("turn", "rad", "change of the heading since the start, counting full turns"),
+    Quantity("up", "m", "rise of the base's origin since the start"),
     Quantity("distance", "m", "length of the true path"),
     Quantity("speed", "m/s", "true speed of the base over the ground"),
     Quantity("turn_rate", "rad/s", "true turning speed of the base"),

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import DescriptionError, KbotError
 from kbot.text.suggest import did_you_mean, suggest_or_list
+from kbot.trials.batteries import BATTERIES, all_batteries, battery, not_applicable
 from kbot.trials.formats import summary_of
 from kbot.trials.places import ROBOT_SUFFIXES, find_robot, robot_of_folder
 from kbot.trials.pool import Outcome, Pool, Task, load_once, sentence
@@ -29,12 +27,6 @@ from kbot.xacro import PackageNotFound, Packages
 
 ALL = "all"
 """The word for all batteries."""
-
-
-def _batteries() -> Any:  # noqa: ANN401 - a module
-    if find_spec("kbot.trials.batteries") is None:
-        raise KbotError("there are no built-in batteries yet. Name a scenario file")
-    return import_module("kbot.trials.batteries")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +52,11 @@ class Changes:
 
 @dataclass
 class Selection:
-    """Tasks in order, and the errors of files from which no task could be made."""
+    """Tasks in order, the errors of files from which no task could be made, and the batteries left out."""
 
     tasks: list[Task] = field(default_factory=list)
     errors: list[KbotError] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def add_failed(self, name: str, error: str, robot: str = "") -> None:
         """Add a trial that cannot run."""
@@ -105,10 +98,10 @@ def select_batteries(
             parts += _read(pool, find_scenario_files(_scenario_path(word)), failed)
             if failed.errors:
                 raise failed.errors[0]
-        elif word == ALL or word in _batteries().BATTERIES:
+        elif word == ALL or word in BATTERIES:
             parts.append(word)
         else:
-            known = [ALL, *_batteries().BATTERIES]
+            known = [ALL, *BATTERIES]
             raise KbotError(
                 f"there is no battery and no scenario file '{word}': {suggest_or_list(word, known)}"
             )
@@ -123,6 +116,7 @@ def select_batteries(
             for name in _names(parts):
                 chosen.add_failed(name, sentence(outcome.error, "loading the robot"), path)
             continue
+        chosen.notes += outcome.value.not_applicable
         for each in parts:
             made = outcome.value.of[each] if isinstance(each, str) else [each]
             for found in made:
@@ -142,10 +136,11 @@ class _Request:
 
 @dataclass(frozen=True)
 class _Prepared:
-    """A robot that can be loaded, and its batteries by their names."""
+    """A robot that can be loaded, its batteries by their names, and why some of all do not apply to it."""
 
     robot: RobotSource
     of: Mapping[str, list[FoundScenario]]
+    not_applicable: tuple[str, ...]
 
 
 def _prepare(request: _Request) -> _Prepared:
@@ -153,11 +148,12 @@ def _prepare(request: _Request) -> _Prepared:
     source = request.changes.robot(RobotSource(_robot_path(request.path)))
     robot = load_once(source)
     made = {
-        name: _batteries().all_batteries(robot) if name == ALL else [_batteries().battery(name, robot)]
-        for name in request.batteries
+        name: all_batteries(robot) if name == ALL else [battery(name, robot)] for name in request.batteries
     }
     return _Prepared(
-        source, {name: [FoundScenario(each, "") for each in found] for name, found in made.items()}
+        source,
+        {name: [FoundScenario(each, "") for each in found] for name, found in made.items()},
+        tuple(not_applicable(robot).values()) if ALL in request.batteries else (),
     )
 
 
@@ -165,11 +161,7 @@ def _names(parts: Iterable[str | FoundScenario]) -> list[str]:
     """The names of scenarios, also if they cannot be made because there is no robot."""
     names: list[str] = []
     for each in parts:
-        names += (
-            list(_batteries().BATTERIES)
-            if each == ALL
-            else [each if isinstance(each, str) else each.scenario.name]
-        )
+        names += list(BATTERIES) if each == ALL else [each if isinstance(each, str) else each.scenario.name]
     return names
 
 
@@ -271,4 +263,4 @@ def _package(word: str) -> str:
 
 def battery_texts() -> dict[str, str]:
     """The built-in batteries by name, with one line each."""
-    return {name: summary_of(function) for name, function in _batteries().BATTERIES.items()}
+    return {name: summary_of(function) for name, function in BATTERIES.items()}

@@ -88,6 +88,7 @@ class Sampler:
         self._rows: list[tuple[float, ...]] = []
         self._joints: list[tuple[float, ...]] = []
         self._support: list[dict[str, float]] = []
+        self._height = float(simulation.link_pose(self._robot.base).translation[2])
         self._distance = self._energy = 0.0
         self._last = self._start
         self._count = 0
@@ -130,6 +131,7 @@ class Sampler:
                 since.x,
                 since.y,
                 pose.yaw - self._start.yaw,
+                float(up.translation[2]) - self._height,
                 self._distance,
                 math.hypot(twist.x, twist.y),
                 twist.yaw,

@@ -113,7 +113,7 @@ class _RunOptions:
     show_default="playground; with --headless empty",
     metavar="W",
     help="World to simulate in: a built-in world (empty, playground, boxes, maze, rooms, corridor, ramp, "
-    "stairs, obstacle_course, track), an SDF file or a map.yaml.",
+    "incline, stairs, obstacle_course, track), an SDF file or a map.yaml.",
 )
 @click.option(
     "--headless", is_flag=True, help="Simulate without a page, as fast as possible, and print a report."

@@ -21,6 +21,15 @@ from kbot.sim.wheel_odometry import Motion, PlanarOdometry, TrueOdometry, WheelO
 SavedDrive = tuple[SavedTwist, tuple[float, ...], ServoState, bool]
 
 
+def twist_controller(
+    robot: RobotModel, drive: DifferentialDrive, settings: DriveSettings, period: float
+) -> TwistController:
+    """Follows twists within the limits of a robot's controller and of its wheels, one `period` at a time."""
+    of_joints = [robot.joints[joint].speed_limit for joint in drive.joints]
+    fastest = min(of_joints, default=settings.rim_speed / settings.radius)
+    return TwistController(settings.with_controller_sizes(drive), settings.limits, fastest, period)
+
+
 class DriveController:
     """Turns the wheels of a robot by its commanded twist, and computes odometry from them."""
 
@@ -42,9 +51,7 @@ class DriveController:
         self._prefix, self._period = prefix, period
         self._believed = settings.with_controller_sizes(drive)
         """The drive with the sizes that the robot's own controller uses, right or wrong."""
-        of_joints = [robot.joints[joint].speed_limit for joint in drive.joints]
-        fastest = min(of_joints, default=settings.rim_speed / settings.radius)
-        self._controller = TwistController(self._believed, settings.limits, fastest, period)
+        self._controller = twist_controller(robot, drive, settings, period)
         self._odometry = self._find_odometry(truth)
         self._servos = self._find_servos()
         self.is_driving = False

@@ -10,6 +10,7 @@ from typing import get_type_hints
 
 import numpy as np
 
+from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -61,6 +62,17 @@ def ramp(angle: float = 10.0, length: float = 2.0, width: float = 1.5) -> World:
     )
     down = slope("ramp_down", length, width, -radians(angle), 0.5 + run + top, 0.0, rise)
     return World("ramp", (floor(), up, platform, down))
+
+
+def incline(angle: float = 10.0) -> World:
+    """An endless slope that rises by `angle` degrees along x. It is shown level, with gravity tilted instead.
+
+    On a real ramp, the edge at its foot lifts the driven wheels of a base with casters on both sides.
+    """
+    if not 0.0 <= angle <= 45.0:
+        raise KbotError("world 'incline': angle must be from 0 to 45 degrees")
+    gravity = (-GRAVITY * sin(radians(angle)), 0.0, -GRAVITY * cos(radians(angle)))
+    return World("incline", (floor(),), gravity)
 
 
 def stairs(steps: int = 5, height: float = 0.01, depth: float = 0.4, width: float = 1.5) -> World:
@@ -304,7 +316,19 @@ def _side(name: str, start: tuple[float, float], end: tuple[float, float], door:
 
 BUILDERS: dict[str, Callable[..., World]] = {
     builder.__name__: builder
-    for builder in (empty, playground, boxes, maze, rooms, corridor, ramp, stairs, obstacle_course, track)
+    for builder in (
+        empty,
+        playground,
+        boxes,
+        maze,
+        rooms,
+        corridor,
+        ramp,
+        incline,
+        stairs,
+        obstacle_course,
+        track,
+    )
 }
 
 
