@@ -5,7 +5,9 @@ Run `python docs/scenario_tables.py` after you change a key, a measure or a docs
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from kbot.trials.formats import Entry, ListOf, Record
@@ -29,7 +31,6 @@ def tables() -> str:
     robot, program = scenario.entries["robot"].format, _inner(scenario, "programs")
     assert isinstance(robot, Record)
     assert isinstance(program, Record)
-    of_links = [(f"{each.name}/NAME", each.unit, each.description) for each in FAMILIES.values()]
     parts = [
         "### Keys\n",
         _keys(scenario.entries),
@@ -48,7 +49,9 @@ def tables() -> str:
         _records(expect.kinds),
         "### Measures\n",
         "Under the name of a measure, `min` and `max` bound its value. Each of them may be left out.\n",
-        _rows("measure", [*((m.name, m.unit, m.description) for m in measures().values()), *of_links]),
+        "The floor, the larger of both, is the smallest difference that counts in "
+        "[`kbot compare`](compare.md).\n",
+        _measures(),
         "### Quantities\n",
         "`when` and `until` bound these values at any time, with `min` and `max`.\n",
         _rows("quantity", [(each.name, each.unit, each.description) for each in QUANTITIES.values()]),
@@ -85,6 +88,17 @@ def _records(records: Mapping[str, Record]) -> str:
 def _key(name: str, entry: Entry) -> str:
     text = f": {entry.description}" if entry.description else ""
     return f"`{name}`{'' if entry.is_required else ' (optional)'}{text}"
+
+
+def _measures() -> str:
+    families = [replace(each.of("NAME"), name=f"{each.name}/NAME") for each in FAMILIES.values()]
+    lines = []
+    for each in (*measures().values(), *families):
+        is_angle = each.unit == "rad"
+        floor = f"{math.degrees(each.floor):g}°" if is_angle else f"{each.floor:g} {each.unit}".rstrip()
+        both = f"{floor} or {100.0 * each.relative:g} %"
+        lines.append(f"| `{each.name}` | {each.unit} | {both} | {each.description} |\n")
+    return "| measure | unit | floor | meaning |\n| --- | --- | --- | --- |\n" + "".join(lines)
 
 
 def _rows(what: str, rows: Iterable[tuple[str, str, str]]) -> str:

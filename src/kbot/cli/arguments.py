@@ -193,19 +193,26 @@ def output_option(*names: str, metavar: str = "OUT") -> Callable[[_Function], _F
     )
 
 
-def picture_file(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
-    """Callback of an option that names a PNG file to write.
+def output_file(
+    *suffixes: str,
+) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
+    """The callback of an option that names a file to write, with one of these suffixes.
 
     It rejects an unusable path before the run, which may take long.
     """
-    if value is None:
-        return None
-    path = Path(value)
-    if path.suffix.lower() != ".png":
-        raise click.BadParameter(f"'{value}' does not end in .png", ctx, param)
-    if not path.parent.is_dir():
-        raise click.BadParameter(f"cannot write {value}: the folder {path.parent} does not exist", ctx, param)
-    return value
+
+    def checked(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
+        if value is None:
+            return None
+        path = Path(value)
+        if suffixes and path.suffix.lower() not in suffixes:
+            raise click.BadParameter(f"'{value}' does not end in {' or '.join(suffixes)}", ctx, param)
+        if not path.parent.is_dir():
+            reason = f"cannot write {value}: the folder {path.parent} does not exist"
+            raise click.BadParameter(reason, ctx, param)
+        return value
+
+    return checked
 
 
 def read_displays(path: str) -> DisplayFile:

@@ -40,6 +40,7 @@ VERBS = {
     "export": ("kbot.cli.export:command", "Export a robot as a picture, web page, 3D model or tree drawing."),
     "info": ("kbot.cli.info:command", "Print links, joints, masses, drive geometry and size."),
     "try": ("kbot.cli.try_command:command", "Run scenarios that test a robot's behaviour."),
+    "compare": ("kbot.cli.compare:command", "Compare how two robots behave, and find the edits behind it."),
     "new": ("kbot.cli.new:command", "Create a robot package."),
     "bag": ("kbot.cli.bag.command:command", "Inspect, cut, convert, play back or replay recordings."),
     "rule": ("kbot.cli.rule:command", "Explain a rule of kbot check and how to fix its findings."),

@@ -11,9 +11,9 @@ from kbot.cli.arguments import (
     config_option,
     examples,
     file_and_arguments,
+    output_file,
     package_path_option,
     page_options,
-    picture_file,
     resolve_typed_names,
     seconds_option,
 )
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     ),
 )
 @click.argument("words", nargs=-1, required=True, metavar="FILE [name:=value ...]")
-@click.option("--shot", callback=picture_file, metavar="PNG", help="Write a picture to PNG and exit.")
+@click.option("--shot", callback=output_file(".png"), metavar="PNG", help="Write a picture to PNG and exit.")
 @click.option(
     "--robot",
     metavar="FILE",

@@ -127,8 +127,9 @@ def _stopping_distance(trace: Trace) -> float:
 
 def _goal_time(trace: Trace) -> float:
     reached = trace["goals_reached"]
-    first = np.flatnonzero(reached == reached[-1])[0]
-    return float(trace["time"][first]) if reached[-1] > 0.0 else math.nan
+    if not reached[-1] > 0.0:
+        return math.nan
+    return float(trace["time"][np.flatnonzero(reached == reached[-1])[0]])
 
 
 def _joint_overshoot(trace: Trace) -> float:

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kbot.trials.compare.causes import Change, Effect, explain, minimal, relevant_changes
+from kbot.trials.compare.causes import Change, Key, explain, minimal, relevant_changes
 from kbot.trials.compare.edits import Edit, Edits
 from kbot.trials.compare.model_equality import same_behaviour
 from kbot.trials.compare.revisions import Description
+from kbot.trials.compare.significance import Difference
 
 from .generated_edits import (
     ARGUMENTS,
@@ -166,7 +167,7 @@ class Simulations:
     def __init__(self, *rules: tuple[set[int], str, float]) -> None:
         self.rules, self.calls = rules, list[set[int]]()
 
-    def __call__(self, edits: frozenset[Edit]) -> Mapping[str, Effect]:
+    def __call__(self, edits: frozenset[Edit]) -> Mapping[Key, Difference]:
         lines = {edit.line for edit in edits}
         self.calls.append(lines)
         sizes: dict[str, float] = {}
@@ -174,12 +175,16 @@ class Simulations:
             if needed <= lines:
                 sizes[name] = sizes.get(name, 0.0) + size
         names = {name for _, name, _ in self.rules}
-        return {n: Effect(0.0, sizes.get(n, 0.0), sizes.get(n, 0.0) > 1.0, sizes.get(n, 0.0)) for n in names}
+        # with a threshold of 1, the difference is the size
+        return {("drive", n): Difference("drive", n, "m", 0.0, sizes.get(n, 0.0), 1.0) for n in names}
 
 
 def found(count: int, simulations: Simulations) -> list[tuple[list[int], list[str]]]:
     causes = explain(changes_of(count), simulations)
-    return [([e.line for c in cause.changes for e in c.edits], sorted(cause.effects)) for cause in causes]
+    return [
+        ([e.line for c in cause.changes for e in c.edits], sorted(m for _, m in cause.effects))
+        for cause in causes
+    ]
 
 
 def test_each_change_has_its_measures_and_the_strongest_is_first():

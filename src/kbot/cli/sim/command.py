@@ -16,9 +16,9 @@ from kbot.cli.arguments import (
     examples,
     file_and_arguments,
     json_option,
+    output_file,
     package_path_option,
     page_options,
-    picture_file,
     pose_of,
     resolve_typed_names,
     speeds_of,
@@ -145,13 +145,13 @@ class _RunOptions:
 )
 @click.option(
     "--plot",
-    callback=picture_file,
+    callback=output_file(".png"),
     metavar="PNG",
     help="Write a plot of the true path and the odometry path to PNG.",
 )
 @click.option(
     "--shot",
-    callback=picture_file,
+    callback=output_file(".png"),
     metavar="PNG",
     help="Write a picture of robot and world at the end of the run to PNG.",
 )

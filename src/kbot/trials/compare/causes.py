@@ -17,8 +17,11 @@ from itertools import combinations
 from typing import TypeVar
 
 from kbot.trials.compare.edits import Edit, Edits
+from kbot.trials.compare.significance import Difference
 
 T = TypeVar("T", bound=Hashable)
+Key = tuple[str, str]
+"""A scenario and its measure."""
 
 _MOST_LINES = 24
 """Lines of which each pair is tried together. Each trial expands the description, in milliseconds."""
@@ -37,22 +40,11 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Effect:
-    """The effect of edits on a measure. `size` compares effects on different measures, for example in
-    multiples of the smallest change that counts."""
-
-    before: float
-    after: float
-    is_significant: bool
-    size: float
-
-
-@dataclass(frozen=True, slots=True)
 class Cause:
     """Changes that affect measures: one, or several that do so only together (`is_interaction`)."""
 
     changes: tuple[Change, ...]
-    effects: Mapping[str, Effect]
+    effects: Mapping[Key, Difference]
 
     @property
     def is_interaction(self) -> bool:
@@ -64,7 +56,7 @@ class Cause:
         return max(effect.size for effect in self.effects.values())
 
 
-Measure = Callable[[frozenset[Edit]], Mapping[str, Effect]]
+Measure = Callable[[frozenset[Edit]], Mapping[Key, Difference]]
 """Simulates A with some edits, and returns the effect on each measure. The result must not depend on the
 order of calls."""
 
@@ -91,19 +83,19 @@ def explain(changes: Sequence[Change], measure: Measure) -> tuple[Cause, ...]:
     Each change is tried alone. For an effect that none of them has alone, the smallest group that has it is
     searched by halving. `measure` is called once for each group; the first call has all changes.
     """
-    known: dict[frozenset[Edit], Mapping[str, Effect]] = {}
+    known: dict[frozenset[Edit], Mapping[Key, Difference]] = {}
 
-    def effects(group: Iterable[Change]) -> Mapping[str, Effect]:
+    def effects(group: Iterable[Change]) -> Mapping[Key, Difference]:
         chosen = frozenset(edit for change in group for edit in change.edits)
         if chosen not in known:
             known[chosen] = {name: e for name, e in measure(chosen).items() if e.is_significant}
         return known[chosen]
 
-    def has_effect(name: str, group: Iterable[Change]) -> bool:
+    def has_effect(name: Key, group: Iterable[Change]) -> bool:
         return name in effects(group)
 
     every = effects(changes)
-    found: dict[tuple[Change, ...], dict[str, Effect]] = {}
+    found: dict[tuple[Change, ...], dict[Key, Difference]] = {}
     for change in changes if every else ():
         alone = effects((change,))
         if alone:

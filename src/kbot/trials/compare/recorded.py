@@ -1,0 +1,131 @@
+"""The trace of a recorded run, so that two recordings can be compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.record.reader import Recording
+from kbot.record.world_recorder import POSES_TOPIC
+from kbot.text import KbotError
+from kbot.trials.compare.comparison import Comparison
+from kbot.trials.compare.significance import differences
+from kbot.trials.measures import all_measures
+from kbot.trials.quantities import QUANTITIES
+from kbot.trials.results import TrialResult
+from kbot.trials.trace import RATE, Trace
+
+_ODOMETRY = ("nav_msgs/msg/Odometry", "nav_msgs/Odometry")
+_JOINTS = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
+_FEWEST = 2
+"""Poses from which a motion can be computed."""
+
+Array = NDArray[np.float64]
+
+
+def compare_recordings(before: str, after: str) -> Comparison:
+    """Compare two recorded runs from their first odometry on. There are no sources, so there are no causes.
+
+    Raises:
+        KbotError: a file is not a recording, or has no odometry.
+    """
+    results = []
+    for path in (before, after):
+        trace = recorded_trace(path)
+        values = {measure.name: measure.compute(trace) for measure in all_measures(trace)}
+        results.append(TrialResult("recording", 0, all_values=values))
+    return Comparison(before, after, tuple(differences(results[:1], results[1:])))
+
+
+def recorded_trace(path: str) -> Trace:
+    """The quantities that a recording shows. All others are NaN.
+
+    A recording of KBot has true poses. In any other, the pose is that of odometry.
+
+    Raises:
+        KbotError: the file is not a recording, or has no odometry.
+    """
+    odometry: list[tuple[float, ...]] = []
+    truth: list[tuple[float, ...]] = []
+    joints: dict[str, list[tuple[float, float]]] = {}
+    root = odometry_topic = ""
+    for entry in Recording(path).entries():
+        time = entry.nanoseconds * 1e-9
+        if entry.type_name in _ODOMETRY and odometry_topic in ("", entry.topic):
+            odometry_topic = entry.topic
+            pose = entry.message().pose.pose
+            odometry.append((time, *_planar(pose.position, pose.orientation)))
+        elif entry.topic == POSES_TOPIC:
+            for transform in entry.message().transforms:
+                root = root or transform.child_frame_id  # the robot comes first
+                if transform.child_frame_id == root:
+                    place = transform.transform
+                    truth.append((time, *_planar(place.translation, place.rotation)))
+        elif entry.type_name in _JOINTS:
+            state = entry.message()
+            for name, position in zip(state.name, state.position, strict=False):
+                joints.setdefault(name, []).append((time, float(position)))
+    if len(odometry) < _FEWEST:
+        raise KbotError(f"{path} has no odometry (nav_msgs/Odometry), so its motion is unknown")
+    return _trace(odometry, truth if len(truth) >= _FEWEST else odometry, joints)
+
+
+def _planar(position: object, orientation: object) -> tuple[float, ...]:
+    """x, y, z, yaw, roll and pitch of a ROS pose."""
+    x, y, z = (float(getattr(position, axis)) for axis in "xyz")
+    qx, qy, qz, qw = (float(getattr(orientation, axis)) for axis in ("x", "y", "z", "w"))
+    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qz * qx))))
+    return x, y, z, yaw, roll, pitch
+
+
+def _trace(
+    odometry: Sequence[tuple[float, ...]],
+    truth: Sequence[tuple[float, ...]],
+    joints: dict[str, list[tuple[float, float]]],
+) -> Trace:
+    table, poses = np.array(odometry), np.array(truth)
+    table[:, 4], poses[:, 4] = np.unwrap(table[:, 4]), np.unwrap(poses[:, 4])
+    times = np.arange(table[0, 0], table[-1, 0] + 0.5 / RATE, 1.0 / RATE)
+
+    def at(rows: Array, column: int) -> Array:
+        resampled: Array = np.interp(times, rows[:, 0], rows[:, column])
+        return resampled
+
+    x, y, z, yaw, roll, pitch = (at(poses, column) for column in range(1, 7))
+    c, s = math.cos(yaw[0]), math.sin(yaw[0])
+    steps = np.hypot(np.diff(x), np.diff(y))
+    # odometry starts in its own frame: it is placed on the true start
+    turned = yaw[0] - at(table, 4)[0]
+    own_x, own_y = at(table, 1) - at(table, 1)[0], at(table, 2) - at(table, 2)[0]
+    by_odometry = (
+        x[0] + math.cos(turned) * own_x - math.sin(turned) * own_y,
+        y[0] + math.sin(turned) * own_x + math.cos(turned) * own_y,
+    )
+    columns = {name: np.full(len(times), math.nan) for name in QUANTITIES}
+    columns |= {
+        "time": times - times[0],
+        "x": x,
+        "y": y,
+        "z": z,
+        "yaw": yaw,
+        "roll": roll,
+        "pitch": pitch,
+        "tilt": np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0)),
+        "forward": c * (x - x[0]) + s * (y - y[0]),
+        "left": c * (y - y[0]) - s * (x - x[0]),
+        "turn": yaw - yaw[0],
+        "distance": np.concatenate(([0.0], np.cumsum(steps))),
+        "speed": np.concatenate((steps * RATE, steps[-1:] * RATE)),
+        "turn_rate": np.gradient(yaw, 1.0 / RATE),
+        "odometry_x": by_odometry[0],
+        "odometry_y": by_odometry[1],
+        "odometry_yaw": at(table, 4) + turned,
+        "odometry_error": np.hypot(by_odometry[0] - x, by_odometry[1] - y),
+    }
+    positions = {name: np.interp(times, *np.array(rows).T) for name, rows in joints.items()}
+    return Trace(columns, positions, {})

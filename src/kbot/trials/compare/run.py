@@ -1,0 +1,118 @@
+"""Runs scenarios with two robots, and finds the edits that explain the differences."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from kbot.trials.compare.causes import Cause, Key, explain, relevant_changes
+from kbot.trials.compare.comparison import Comparison
+from kbot.trials.compare.edits import Edit, Edits, Variant
+from kbot.trials.compare.revisions import Description
+from kbot.trials.compare.significance import Difference, differences
+from kbot.trials.pool import LOADING_SECONDS, SECONDS_PER_SECOND, Pool
+from kbot.trials.results import TrialResult
+from kbot.trials.scenario import Scenario
+from kbot.trials.trial import run_trial
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One trial of one robot."""
+
+    scenario: Scenario
+    seed: int
+    robot: Variant
+
+
+def compare(
+    before: Description,
+    after: Description,
+    edits: Edits,
+    scenarios: Sequence[Scenario],
+    pool: Pool,
+    on_progress: Callable[[int, int], None] = lambda done, count: None,
+) -> Comparison:
+    """Compare two robots. The scenarios are made for the first and used for both.
+
+    `edits` are those between the two. `on_progress` gets the number of trials that are done, and of all that
+    are known so far.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C ended the trials.
+    """
+    changes = relevant_changes(edits)
+    if not changes:
+        return Comparison(before.name, after.name)
+    trials = _Trials(pool, on_progress)
+    all_edits = frozenset(edits.all)
+    original, edited = trials.run(scenarios, (edits.variant(()), edits.variant(all_edits)))
+    found = [d for name in original for d in differences(original[name], edited[name])]
+    known: dict[frozenset[Edit], list[Difference]] = {
+        frozenset(edit for change in changes for edit in change.edits): found
+    }
+    affected = [s for s in scenarios if any(d.is_significant for d in found if d.scenario == s.name)]
+
+    def effects(chosen: frozenset[Edit]) -> Mapping[Key, Difference]:
+        if chosen not in known:
+            (changed,) = trials.run(affected, (edits.variant(chosen),))
+            known[chosen] = [d for name in changed for d in differences(original[name], changed[name])]
+        return {d.key: d for d in known[chosen]}
+
+    causes = explain(changes, effects) if affected else ()
+    named = tuple(_with_shown_files(cause, before, after) for cause in causes)
+    return Comparison(before.name, after.name, tuple(found), named)
+
+
+def _with_shown_files(cause: Cause, before: Description, after: Description) -> Cause:
+    """The cause with the names of files as reports show them. A deleted file is that of A."""
+
+    def shown(edit: Edit) -> Edit:
+        is_old = before.tree != "" and Path(edit.file).is_relative_to(before.tree)
+        return replace(edit, file=(before if is_old else after).shown(edit.file))
+
+    changes = tuple(replace(change, edits=tuple(map(shown, change.edits))) for change in cause.changes)
+    return replace(cause, changes=changes)
+
+
+class _Trials:
+    """Runs trials in a pool, and counts them."""
+
+    def __init__(self, pool: Pool, on_progress: Callable[[int, int], None]) -> None:
+        self._pool, self._on_progress = pool, on_progress
+        self._done = self._count = 0
+
+    def run(
+        self, scenarios: Sequence[Scenario], robots: Iterable[Variant]
+    ) -> list[dict[str, list[TrialResult]]]:
+        """The results of each robot by scenario, one for each seed."""
+        robots = tuple(robots)
+        runs = [_Run(s, seed, robot) for robot in robots for s in scenarios for seed in s.seeds]
+        self._count += len(runs)
+
+        def count(index: int, outcome: object) -> None:
+            self._done += 1
+            self._on_progress(self._done, self._count)
+
+        outcomes = self._pool.map(_run, runs, _limit, count)
+        if self._pool.interrupted:
+            raise KeyboardInterrupt
+        found: dict[int, dict[str, list[TrialResult]]] = {
+            number: defaultdict(list) for number in range(len(robots))
+        }
+        for run, outcome in zip(runs, outcomes, strict=True):
+            failed = TrialResult(run.scenario.name, run.seed, error="the trial did not end")
+            result = outcome.value if outcome is not None else None
+            found[robots.index(run.robot)][run.scenario.name].append(result or failed)
+        return list(found.values())
+
+
+def _run(run: _Run) -> TrialResult:
+    with run.robot.opened() as robot:
+        return run_trial(run.scenario, run.seed, robot, with_all_values=True)
+
+
+def _limit(run: _Run) -> float:
+    return LOADING_SECONDS + SECONDS_PER_SECOND * run.scenario.duration

@@ -1,0 +1,143 @@
+"""Tests the command `kbot compare`: files, packages, revisions, recordings, exit status and JSON."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from kbot.cli.compare import command as compare_command
+from kbot.model.load import SHIPPED_PACKAGE
+from kbot.text import KbotError
+from kbot.trials import Command, RobotSource, Scenario, Step, run_trial
+
+DRIVE = """\
+duration: 3
+steps:
+  - command: {linear: 0.2, angular: 0.5}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with two copies of the shipped package and a short scenario."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("before", "after"):
+        shutil.copytree(SHIPPED_PACKAGE, tmp_path / name, copy_function=shutil.copyfile)
+    (tmp_path / "drive.scenario.yaml").write_text(DRIVE)
+    return tmp_path
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(compare_command, list(words), catch_exceptions=False, standalone_mode=False)
+
+
+def compare(*words: str) -> dict[str, Any]:
+    result = run(*words, "--scenario", "drive.scenario.yaml", "-j", "1", "--json")
+    found: dict[str, Any] = json.loads(result.stdout)
+    assert result.return_value == int(found["changed"])
+    return found
+
+
+def edit(path: Path, old: str, new: str) -> int:
+    """Replace a text that occurs once. Returns its line."""
+    text = path.read_text()
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new))
+    return text[: text.index(old)].count("\n") + 1
+
+
+def test_the_edited_line_is_the_cause(folder: Path) -> None:
+    robot = folder / "after" / "urdf" / "kbot.xacro"
+    line = edit(robot, "${base_width + 2*base_wheel_gap}", "${1.1*base_width + 2*base_wheel_gap}")
+    edit(robot, '<xacro:property name="wheel_width"', '<!-- as built -->\n<xacro:property name="wheel_width"')
+    result = compare("before", "after")
+    assert result["changed"]
+    (cause,) = result["causes"]
+    assert cause["file"] == "after/urdf/kbot.xacro"
+    assert cause["line"] == line + (line > robot.read_text().split("as built")[0].count("\n"))
+    assert "wheel_separation" in cause["before"]
+    assert "1.1*base_width" in cause["after"]
+    assert cause["measures"]
+    assert any(m["significant"] for m in result["measures"])
+
+
+def test_a_comment_changes_nothing(folder: Path) -> None:
+    edit(folder / "after" / "urdf" / "kbot.xacro", "</robot>", "<!-- the end --></robot>")
+    assert compare("before", "after") == {"schema": 1, "changed": False, "measures": [], "causes": []}
+
+
+def test_values_apply_to_both(folder: Path) -> None:
+    assert not compare("kbot", "kbot", "wheel_radius:=0.04")["changed"]
+
+
+def test_a_change_that_is_below_every_floor_is_no_change(folder: Path) -> None:
+    # a thousandth of the mass
+    edit(folder / "after" / "urdf" / "kbot.xacro", "${4000*base_len", "${4004*base_len")
+    result = compare("before", "after")
+    assert not result["changed"]
+    assert result["measures"]
+    assert result["causes"] == []
+
+
+def test_a_revision_is_compared_with_the_working_tree(folder: Path) -> None:
+    repository = folder / "after"
+    for words in (("init", "-q"), ("add", "."), ("commit", "-qm", "first")):
+        subprocess.run(
+            ["git", "-c", "user.name=a", "-c", "user.email=a@b", *words], cwd=repository, check=True
+        )
+    line = edit(repository / "urdf" / "kbot.xacro", "${-0.375*base_len}", "${-0.2*base_len}")
+    (folder / "drive.scenario.yaml").rename(repository / "drive.scenario.yaml")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(repository)
+        (cause,) = compare("HEAD:urdf/kbot.xacro", "urdf/kbot.xacro")["causes"]
+        assert (cause["file"], cause["line"]) == ("urdf/kbot.xacro", line)
+        (cause,) = compare("HEAD:", ".")["causes"]
+        assert (cause["file"], cause["line"]) == ("urdf/kbot.xacro", line)
+
+
+def test_recordings_are_compared_by_what_they_show(folder: Path) -> None:
+    for name, speed in (("slow", 0.1), ("fast", 0.2)):
+        scenario = Scenario(name, 3.0, [Step(Command(speed))], robot=RobotSource("kbot"))
+        assert not run_trial(scenario, record=f"{name}.mcap").error
+    result = json.loads(run("slow.mcap", "fast.mcap", "--json").stdout)
+    forward = next(m for m in result["measures"] if m["measure"] == "final_forward")
+    # 3 s at each speed, without half the time of the acceleration at 1 m/s^2, and the last 0.1 s at most:
+    # the first and the last odometry of 50 Hz need not be at the ends
+    assert 0.1 * (3.0 - 0.05) - 0.1 * 0.1 < forward["before"] < 0.1 * 3.0
+    assert 0.2 * (3.0 - 0.1) - 0.2 * 0.1 < forward["after"] < 0.2 * 3.0
+    assert result["changed"]
+    assert run("slow.mcap", "slow.mcap").return_value == 0
+
+
+def test_markdown_is_written_for_a_pull_request(folder: Path) -> None:
+    edit(folder / "after" / "urdf" / "kbot.xacro", "${-0.375*base_len}", "${-0.2*base_len}")
+    words = ("before", "after", "--scenario", "drive.scenario.yaml", "--markdown", "change.md")
+    result = run(*words)
+    assert result.return_value == 1
+    assert "cause 1" in result.stdout
+    assert "```diff" in Path("change.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("before",), "expected two robots"),
+        (("before", "afte"), "afte"),
+        (("before", "nowhere:urdf/kbot.xacro"), "git"),
+        (("before", "after", "nonsense:=1"), "nonsense"),
+        (("before", "after", "--battery", "strait"), "straight"),
+    ],
+)
+def test_unusable_input_is_one_error(words: tuple[str, ...], message: str) -> None:
+    with pytest.raises(KbotError, match=message):
+        run(*words)
+    result = run(*words, "--json")
+    assert result.return_value == 2
+    assert json.loads(result.stdout) == {"schema": 1, "changed": False, "measures": [], "causes": []}
+    assert message in result.stderr

@@ -1,0 +1,71 @@
+"""The reports of a comparison: JSON, text and Markdown."""
+
+from __future__ import annotations
+
+import math
+
+from kbot.trials.compare.causes import Cause, Change
+from kbot.trials.compare.comparison import Comparison, to_markdown, to_text
+from kbot.trials.compare.edits import Edit
+from kbot.trials.compare.significance import Difference
+
+LEFT = Difference("straight", "final_left", "m", 0.0, 0.0312, 0.001)
+TURN = Difference("circle", "final_turn", "rad", 6.28, 6.91, 0.0628)
+SAME = Difference("straight", "energy", "J", 3.2, 3.21, 0.064)
+WHEEL = Edit("urdf/robot.xacro", 14, 42, 'radius="0.035"', 'radius="0.038"', ("", ""), ("", ""), ())
+GAP = Edit("urdf/robot.xacro", 20, 7, "", "<gap>`1`</gap>", ("", ""), ("", ""), ())
+
+
+def test_the_strongest_cause_and_measure_come_first() -> None:
+    weak = Cause((Change((GAP,)),), {LEFT.key: LEFT})
+    strong = Cause((Change((WHEEL,)),), {TURN.key: TURN, LEFT.key: LEFT})
+    result = Comparison("main:", ".", (LEFT, TURN, SAME), (strong, weak)).to_json()
+    assert result["schema"] == 1
+    assert result["changed"] is True
+    assert [m["significant"] for m in result["measures"]] == [True, True, False]
+    first, second = result["causes"]
+    assert first == {
+        "file": "urdf/robot.xacro",
+        "line": 14,
+        "column": 42,
+        "before": 'radius="0.035"',
+        "after": 'radius="0.038"',
+        "measures": ["final_left", "final_turn"],
+    }
+    assert second["line"] == 20
+
+
+def test_equal_descriptions_have_no_measures() -> None:
+    same = Comparison("a.xacro", "b.xacro")
+    assert same.to_json() == {"schema": 1, "changed": False, "measures": [], "causes": []}
+    assert to_text(same) == "no change: b.xacro behaves as a.xacro, because their descriptions say the same"
+    assert "behaves as before" in to_markdown(same)
+
+
+def test_the_text_shows_the_change_and_the_edit() -> None:
+    comparison = Comparison("a", "b", (LEFT, SAME), (Cause((Change((WHEEL,)),), {LEFT.key: LEFT}),))
+    assert to_text(comparison).splitlines() == [
+        "1 of 2 measures changed",
+        "",
+        "scenario  measure     before     after     change",
+        "straight  final_left     0 m  0.0312 m  +0.0312 m",
+        "",
+        "cause 1: changes straight final_left",
+        "  urdf/robot.xacro:14:42",
+        '    - radius="0.035"',
+        '    + radius="0.038"',
+    ]
+
+
+def test_markdown_escapes_what_a_description_contains() -> None:
+    strange = Difference("a|b", "final_left", "m", 0.0, math.nan, 0.001)
+    text = to_markdown(Comparison("a", "b", (strange,), (Cause((Change((GAP,)),), {strange.key: strange}),)))
+    assert "a\\|b" in text
+    assert "```diff\n+ <gap>`1`</gap>\n```" in text
+
+
+def test_edits_that_act_together_are_named_as_such() -> None:
+    together = Cause((Change((WHEEL,)), Change((GAP,))), {LEFT.key: LEFT})
+    comparison = Comparison("a", "b", (LEFT,), (together,))
+    assert "act only together" in to_text(comparison)
+    assert [cause["line"] for cause in comparison.to_json()["causes"]] == [14, 20]
