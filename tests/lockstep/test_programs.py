@@ -400,7 +400,32 @@ def test_a_program_without_lockstep_runs_in_real_time(write: Write) -> None:
             assert time.monotonic() - began < 60.0
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows processes have no parent")
+def test_a_node_in_lockstep_receives_messages_of_programs_that_are_not(write: Write, tmp_path: Path) -> None:
+    talker = write(
+        """
+        node = kbot.Node("talker")
+        node.every(0.05, lambda: node.publish("note", String("hello")))
+        node.spin()
+        """,
+        "talker.py",
+    )
+    listener = write(
+        f"""
+        node = kbot.Node("listener")
+        node.subscribe("note", String, lambda note: open({str(tmp_path / "seen")!r}, "w").write(note.data))
+        node.spin()
+        """,
+        "listener.py",
+    )
+    programs = Program(talker, transport="ros1", lockstep=False), Program(listener, transport="ros1")
+    with running(*programs) as simulation:
+        end = time.monotonic() + 60.0
+        while not (tmp_path / "seen").is_file():
+            simulation.run(0.1)
+            assert time.monotonic() < end
+    assert (tmp_path / "seen").read_text() == "hello"
+
+
 def test_programs_end_with_a_killed_simulation(write: Write, tmp_path: Path) -> None:
     """The program hangs in a loop while the process of the simulation is killed."""
     pid_file = tmp_path / "pid"

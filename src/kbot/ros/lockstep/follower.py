@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import faulthandler
-import os
 import signal
-import threading
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -22,8 +20,6 @@ DUMP_SIGNAL: int | None = getattr(signal, "SIGUSR1", None)
 """Makes the node print which line runs, for the error about a node that does not answer. Windows has none."""
 _addresses: list[str] = []
 """Those to which this process has connected."""
-ORPHAN_SECONDS = 1.0
-"""Seconds between two checks whether the process that started this one still runs."""
 
 
 class Transport(Connections, Protocol):
@@ -57,7 +53,6 @@ class Follower:
         """Whether the run is over."""
         if DUMP_SIGNAL is not None:
             faulthandler.register(DUMP_SIGNAL, all_threads=False)
-        threading.Thread(target=_end_with_parent, daemon=True, name="kbot-lockstep").start()
 
     def join(self, name: str, kind: str, transport: Transport) -> int:
         """Introduce the node. Returns the simulated time in ns.
@@ -128,6 +123,7 @@ class Follower:
             if self._link.deliver_next(topic, source, WAIT_SECONDS, moved) is None:
                 raise KbotError(f"a message on {topic} did not arrive")
         if not is_over():
+            self._link.serve()  # messages of others, which are not in lockstep
             move_to(tick["now"])
 
     def close(self) -> None:
@@ -181,11 +177,3 @@ class Follower:
         if message is None:
             raise KbotError("KBot has closed the connection")
         return message
-
-
-def _end_with_parent() -> None:
-    """End this process if the one that started it was killed, also while the user's code hangs."""
-    parent = os.getppid()
-    while os.getppid() == parent:
-        time.sleep(ORPHAN_SECONDS)
-    os._exit(1)

@@ -24,10 +24,42 @@ DUMP_SECONDS = 0.5
 """Seconds to wait for the traceback of a program that hangs."""
 READ_BYTES = 1 << 16
 """Bytes at the end of a program's errors that are read."""
+_GUARD = """
+import os, signal, sys
+for pid in map(int, sys.stdin.read().split()):
+    try:
+        os.killpg(pid, signal.SIGKILL) if hasattr(os, "killpg") else os.kill(pid, signal.SIGTERM)
+    except OSError:
+        pass
+"""
 _FRAME = re.compile(r'^ *File "(?P<file>.+)", line (?P<line>\d+)')
 _ERROR = re.compile(r"^(?P<name>[A-Za-z_][\w.]*)(?:: (?P<text>.*))?$")
 _UNUSED = ("KBOT_AT", VARIABLE, "ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE", "ROS_DOMAIN_ID")
 """Variables that would connect the program to something else."""
+
+
+class Guard:
+    """A process that ends programs if this process is killed. A pipe between both closes then."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", "-S", "-c", _GUARD],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            start_new_session=True,  # it must outlive Ctrl-C
+        )
+
+    def add(self, program: ProgramProcess) -> None:
+        if self._process.stdin is not None:
+            self._process.stdin.write(b"%d\n" % program.pid)
+            self._process.stdin.flush()
+
+    def close(self) -> None:
+        """The programs have ended."""
+        self._process.kill()
+        self._process.wait()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
 
 
 class ProgramProcess:
@@ -56,6 +88,10 @@ class ProgramProcess:
             except OSError as error:
                 self._errors.unlink()
                 raise ProgramFailed(f"{program.file} cannot be started: {error.strerror or error}") from None
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
 
     @property
     def has_exited(self) -> bool:

@@ -7,11 +7,11 @@ import select
 import socket
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 
 from kbot.extensions import ProgramFailed, TrialProgram
-from kbot.messages.clock import NANOSECONDS, Timer
+from kbot.messages.clock import NANOSECONDS
 from kbot.messages.live import Live
 from kbot.record.feed import Feed, Packet
 from kbot.ros.gazebo.gazebo_services import gazebo_services
@@ -19,7 +19,7 @@ from kbot.ros.gazebo.states import GazeboTopics
 from kbot.ros.lockstep.channel import VARIABLE, Channel, ChannelClosed, Message
 from kbot.ros.lockstep.endpoints import LOOPBACK, Endpoint, LocalEndpoint, Ros1Endpoint, Ros2Endpoint
 from kbot.ros.lockstep.link import POLL_SECONDS, LockstepLink
-from kbot.ros.lockstep.process import ProgramProcess
+from kbot.ros.lockstep.process import Guard, ProgramProcess
 from kbot.ros.lockstep.real_time import RealTime
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -133,13 +133,9 @@ class TrialPrograms:
         self._members: list[_Member] = []
         self._in_real_time: list[tuple[ProgramProcess, Endpoint]] = []
         self._shared: dict[str, Endpoint] = {}
-        self._endpoints: list[Endpoint] = []
         self._outputs: dict[str, _Output] = {}
         self._topics: object = None
-        self._simulation: Simulation | None = None
-        self._door: socket.socket | None = None
-        self._gazebo: GazeboTopics | None = None
-        self._timer: Timer | None = None
+        self._until_left = ExitStack()
 
     def join(self, simulation: Simulation, feed: Feed, description: str, world: str) -> None:
         """Start the programs, and wait until all have connected and are ready for the first tick.
@@ -148,22 +144,29 @@ class TrialPrograms:
             ProgramFailed: a program cannot be started, exits, or does not connect within its limit.
             KbotError: a transport cannot be opened.
         """
-        self._simulation = simulation
+        opened = self._until_left
+        opened.callback(GazeboTopics(simulation).close)
         self._link.offer(gazebo_services())
-        self._gazebo = GazeboTopics(simulation)
         self._link.parameters = {"/robot_description": description, "/use_sim_time": True}
         self._link.attach(simulation, feed)
+        opened.callback(self._link.end)
         self._topics = self._link.topics
-        self._door = socket.create_server((LOOPBACK, 0))
+        door = opened.enter_context(socket.create_server((LOOPBACK, 0)))
+        guard = Guard()
+        opened.callback(guard.close)
+        opened.callback(self._close_channels)
         for program in self._programs:
-            self._start(program, self._door)
+            guard.add(self._start(program, door))
+        opened.callback(self._end_run)
         for member in self._members:
-            self._admit(member, self._door)
+            self._admit(member, door)
         for process, endpoint in self._in_real_time:
             self._wait_for_other(process, endpoint)
-        self._timer = simulation.clock.every(TICK_RATE, lambda: simulation.clock.after_timers(self._tick))
+        timer = simulation.clock.every(TICK_RATE, lambda: simulation.clock.after_timers(self._tick))
+        opened.callback(timer.cancel)
         if self._in_real_time:
             simulation.stepping.pace = RealTime(simulation)
+            opened.callback(setattr, simulation.stepping, "pace", None)
 
     def show(self, shown: Live, feed: Feed, description: str, name: str, *, publishes_clock: bool) -> None:
         """Raises KbotError: programs need a simulation."""
@@ -171,57 +174,52 @@ class TrialPrograms:
 
     def leave(self) -> None:
         """End the programs and disconnect from the simulation."""
-        for member in self._members:
-            if member.channel is not None:
-                with suppress(ChannelClosed):
-                    member.channel.send("end")
-        for process in [member.process for member in self._members] + [
-            entry[0] for entry in self._in_real_time
-        ]:
-            process.close()
-        for member in self._members:
-            if member.channel is not None:
-                member.channel.close()
-        for endpoint in self._endpoints:
-            endpoint.close()
-        self._link.end()
-        if self._door is not None:
-            self._door.close()
-        if self._gazebo is not None:
-            self._gazebo.close()
-        if self._timer is not None:
-            self._timer.cancel()
-        if self._simulation is not None and self._in_real_time:
-            self._simulation.stepping.pace = None
-        self._members, self._in_real_time, self._endpoints = [], [], []
-        self._door = self._gazebo = self._timer = self._simulation = None
+        self._until_left.close()
+        self._members.clear()
+        self._in_real_time.clear()
 
     def close(self) -> None:
         self.leave()
 
+    def _end_run(self) -> None:
+        """Report to all programs that the run is over."""
+        for member in self._members:
+            if member.channel is not None:
+                with suppress(ChannelClosed):
+                    member.channel.send("end")
+
+    def _close_channels(self) -> None:
+        for member in self._members:
+            if member.channel is not None:
+                member.channel.close()
+
     # the start
 
-    def _start(self, program: TrialProgram, door: socket.socket) -> None:
+    def _start(self, program: TrialProgram, door: socket.socket) -> ProgramProcess:
         endpoint, token = self._endpoint_for(program), secrets.token_urlsafe(18)
         environment = dict(endpoint.environment)
         if program.lockstep:
             environment[VARIABLE] = f"{LOOPBACK}:{door.getsockname()[1]}/{token}"
         process = ProgramProcess(program, environment)
+        self._until_left.callback(process.close)
         if program.lockstep:
             self._members.append(_Member(process, endpoint, token))
         else:
             self._in_real_time.append((process, endpoint))
+        return process
 
     def _endpoint_for(self, program: TrialProgram) -> Endpoint:
         """A program that connects locally has its own, so that its messages are known as its own."""
         endpoint = self._shared.get(program.transport)
         if endpoint is None:
             if program.transport == "local":
-                endpoint = LocalEndpoint(self._link, f"program {len(self._endpoints)}")
+                endpoint = LocalEndpoint(
+                    self._link, f"program {len(self._members) + len(self._in_real_time)}"
+                )
             else:
                 kind = Ros1Endpoint if program.transport == "ros1" else Ros2Endpoint
                 endpoint = self._shared[program.transport] = kind(self._link)
-            self._endpoints.append(endpoint)
+            self._until_left.callback(endpoint.close)
         return endpoint
 
     def _admit(self, member: _Member, door: socket.socket) -> None:
@@ -256,12 +254,12 @@ class TrialPrograms:
         member.is_ready = True
 
     def _open_channel(self, channel: Channel) -> None:
-        try:
-            message = channel.receive(1.0) or {}
-        except ChannelClosed:
-            message = {}
+        message = None
+        with suppress(ChannelClosed, ValueError):  # ValueError: something else has connected
+            message = channel.receive(1.0)
+        token = str(message.get("token")).encode() if isinstance(message, dict) else b""
         for member in self._members:
-            if member.channel is None and secrets.compare_digest(str(message.get("token", "")), member.token):
+            if member.channel is None and secrets.compare_digest(token, member.token.encode()):
                 member.channel = channel
                 return
         channel.close()
