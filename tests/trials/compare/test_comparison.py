@@ -69,3 +69,11 @@ def test_edits_that_act_together_are_named_as_such() -> None:
     comparison = Comparison("a", "b", (LEFT,), (together,))
     assert "act only together" in to_text(comparison)
     assert [cause["line"] for cause in comparison.to_json()["causes"]] == [14, 20]
+
+
+def test_the_rows_show_every_scenario_before_a_second_measure_of_one() -> None:
+    pushes = [Difference("push", f"support/{n}", "N", 0.0, 100.0 + n, 0.05) for n in range(20)]
+    rows = to_text(Comparison("a", "b", (*pushes, LEFT))).splitlines()[3:]
+    assert rows[0].startswith("push")
+    assert rows[1].startswith("straight")
+    assert "… 9 more (-v)" in rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -59,7 +60,7 @@ class Comparison:
 NO_RESULT: dict[str, object] = {"schema": SCHEMA, "changed": False, "measures": [], "causes": []}
 """The JSON of a comparison that could not be made."""
 MOST_ROWS = 12
-"""Changes in the report. All are in the JSON."""
+"""Differences in the report. All are in the JSON."""
 
 
 def to_text(comparison: Comparison, *, all_rows: bool = False) -> str:
@@ -67,7 +68,7 @@ def to_text(comparison: Comparison, *, all_rows: bool = False) -> str:
     if not comparison.is_changed:
         return f"no change: {comparison.after} behaves as {comparison.before}" + _measured(comparison)
     significant = comparison.significant
-    rows = significant if all_rows else significant[:MOST_ROWS]
+    rows = significant if all_rows else _rows(significant)
     lines = [f"{len(significant)} of {len(comparison.differences)} measures changed", ""]
     lines += _table([_row(difference) for difference in rows])
     if len(rows) < len(significant):
@@ -96,7 +97,7 @@ def to_markdown(comparison: Comparison) -> str:
         "",
         "| scenario | measure | before | after | change |",
         "| --- | --- | ---: | ---: | ---: |",
-        *(f"| {' | '.join(_escaped(cell) for cell in _row(d))} |" for d in significant[:MOST_ROWS]),
+        *(f"| {' | '.join(_escaped(cell) for cell in _row(d))} |" for d in _rows(significant)),
     ]
     if len(significant) > MOST_ROWS:
         lines += ["", f"… and {len(significant) - MOST_ROWS} more."]
@@ -114,6 +115,17 @@ def _measured(comparison: Comparison) -> str:
         return ", because their descriptions say the same"
     scenarios = len({difference.scenario for difference in comparison.differences})
     return f" ({len(comparison.differences)} measures of {scenarios} scenarios)"
+
+
+def _rows(significant: Sequence[Difference]) -> list[Difference]:
+    """The rows of a report: the strongest difference of each scenario, then the second of each, and so on."""
+    ranks: Counter[str] = Counter()
+    ranked: list[tuple[int, Difference]] = []
+    for difference in significant:
+        ranked.append((ranks[difference.scenario], difference))
+        ranks[difference.scenario] += 1
+    ranked.sort(key=lambda item: item[0])
+    return [difference for _, difference in ranked[:MOST_ROWS]]
 
 
 def _row(difference: Difference) -> tuple[str, ...]:
