@@ -1,6 +1,7 @@
 """The pytest plugin, in projects of its own: fixtures, the marker, and the reports of failed tests."""
 
 import re
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -21,6 +22,7 @@ def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytes
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     monkeypatch.setenv("PYTEST_ADDOPTS", "-p kbot.pytest_plugin -p xdist -W error")
     make_package(pytester.path, "my_robot", Sizes())
+    shutil.rmtree(pytester.path / "test")
     return pytester
 
 
@@ -38,7 +40,7 @@ def test_straight(sim):
 
 
 def test_the_robot_of_the_package_drives_and_a_passed_test_leaves_no_files(project: pytest.Pytester) -> None:
-    # 0.1 m/s for 10 s, less half the time in which 1 rad/s² (the plugin's) accelerates to 2 rad/s
+    # 0.1 m/s for 10 s, less half the way of the time in which it accelerates, about 0.15 s
     result = run(project, STRAIGHT.replace("DISTANCE", "1.0"), "--kbot-film", "films")
     result.assert_outcomes(passed=1)
     assert not list(project.path.glob("films/*"))
@@ -143,7 +145,6 @@ class TestOwn:
 
 def test_a_robot_is_found_by_ini_option_then_in_the_nearest_package(project: pytest.Pytester) -> None:
     make_package(project.path / "second", "second", Sizes())
-    (project.path / "second" / "test").mkdir()
     (project.path / "second" / "test" / "test_second.py").write_text(
         "def test_name(robot): assert robot.name == 'second'"
     )

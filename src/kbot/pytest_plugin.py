@@ -348,8 +348,8 @@ def _robot_file(node: pytest.Item) -> str:
     for given, base in ((_settings(node).robot, folder), (config.getini("kbot_robot"), config.rootpath)):
         if given:
             return SHIPPED_NAME if given == SHIPPED_NAME else os.path.normpath(base / given)
-    parents = [parent for parent in (folder, *folder.parents) if parent.is_relative_to(config.rootpath)]
-    for package in parents or [config.rootpath]:
+    around = (parent for parent in node.path.parents if (parent / "package.xml").is_file())
+    for package in (*around, config.rootpath):
         found = find_robot(package, package_name(package) or package.name)
         if found is not None:
             return str(package / found)

@@ -1,6 +1,11 @@
 """Tests the command `kbot new`: the new robot has no findings, and drives."""
 
 import math
+import os
+import re
+import shutil
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -61,6 +66,69 @@ def test_rviz_shows_the_whole_robot(here: Path, flags: tuple[str, ...], file: st
     beside = robot.pose("left_wheel", in_frame="base_footprint").translation[1]
     least = math.hypot(behind, beside) / math.sin(math.radians(22.5))
     assert least < distance < 2 * least
+
+
+@pytest.fixture
+def repository(here: Path) -> Path:
+    """A git repository with a new package."""
+    if not shutil.which("git"):
+        pytest.skip("git is not installed")
+    run(["new", "my_robot"])
+    for words in (["init", "-q"], ["add", "--all"], [*WHO, "commit", "-q", "-m", "all"]):
+        subprocess.run(["git", *words], cwd=here / "my_robot", check=True)
+    return here / "my_robot"
+
+
+WHO = ("-c", "user.name=kbot", "-c", "user.email=kbot@localhost")
+
+
+def run_pytest(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run pytest in a folder without any plugin but KBot's."""
+    words = [sys.executable, "-m", "pytest", "-p", "kbot.pytest_plugin"]
+    environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": ""}
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("drive.xacro", "<wheelSeparation>${separation}", "<wheelSeparation>${1.1*separation}"),
+        (
+            "macros.xacro",
+            '<cylinder radius="${wheel_radius}"',
+            "<cylinder radius=\"${wheel_radius*(1.1 if name == 'left_wheel' else 1)}\"",
+        ),
+    ],
+    ids=["separation", "one radius"],
+)
+def test_the_tests_of_a_new_package_refuse_a_bad_change_with_its_line(
+    repository: Path, file: str, before: str, after: str
+) -> None:
+    changed = repository / "urdf" / file
+    text = changed.read_text("utf-8")
+    changed.write_text(text.replace(before, after), "utf-8")
+    done = run_pytest(repository)
+    assert done.returncode == 1, done.stdout + done.stderr
+    lines = [str(number) for number, line in enumerate(text.splitlines(), 1) if before in line]
+    assert re.search(rf"{file}:({'|'.join(lines)}):\d+", done.stdout.partition("KBot: findings")[2])
+    subprocess.run(["git", "checkout", "-q", "."], cwd=repository, check=True)
+    assert run_pytest(repository).returncode == 0
+
+
+def test_the_tests_of_a_new_package_accept_a_good_change(repository: Path) -> None:
+    robot = repository / "urdf" / "my_robot.xacro"
+    text = robot.read_text("utf-8").replace("${500*length", "${700*length")
+    robot.write_text(text.replace('name="wheel_radius" default="0.05"', 'name="wheel_radius" default="0.06"'))
+    done = run_pytest(repository)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 passed" in done.stdout
+
+
+@pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
+def test_the_tests_of_a_new_package_pass_for_robots_of_all_sizes(here: Path, flags: tuple[str, ...]) -> None:
+    run(["new", "my_robot", *flags])
+    done = run_pytest(here / "my_robot" / "test")
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("flags", SIZES.values(), ids=SIZES)
@@ -151,6 +219,7 @@ def test_the_launch_files_of_a_package_with_a_robot_show_this_robot(
     assert sorted(path.name for path in folder.iterdir()) == ["kbot.xacro", "wheels.xacro"]
     assert (folder / "kbot.xacro").read_text() == ROBOT
     assert not (here / "my_robot" / "README.md").exists()
+    assert not (here / "my_robot" / "test").exists()
     assert "Fixed Frame: chassis\n" in (here / "my_robot" / "config" / "view.rviz").read_text()
     assert run(["launch", "my_robot", file, "--dry-run"]) in (0, 1)  # the robot has findings
     assert "urdf/kbot.xacro" in capsys.readouterr().out

@@ -23,6 +23,8 @@ _SHORTEST, _LONGEST = 0.002, 100.0
 _BESIDE_A_WHEEL = 0.55 / math.sqrt(2.0)
 """Largest wheel radius, as a share of the body's length, with which the wheel ends ahead of the caster ball.
 The ball has half the radius of the wheel and is 0.55 lengths behind the axle."""
+_OF_NEW_ROBOT = ("urdf", "test", ".github", "README.md")
+"""Files that fit only the robot of the template."""
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
 _DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]")
 """Names that a file cannot have on Windows."""
@@ -134,7 +136,7 @@ def make_package(folder: Path, name: str, sizes: Sizes) -> NewPackage:
     values = {"NAME": name, **_values(sizes), **_values_of_robot(folder, existing, name)}
     texts = dict(_filled_files(values))
     if existing is not None:
-        texts = {file: text for file, text in texts.items() if file.parts[0] not in ("urdf", "README.md")}
+        texts = {file: text for file, text in texts.items() if file.parts[0] not in _OF_NEW_ROBOT}
     kept = tuple(file for file in texts if (folder / file).exists() or (folder / file).is_symlink())
     added = tuple(file for file in texts if file not in kept)
     robot = existing if existing is not None else Path("urdf", f"{name}.xacro")
