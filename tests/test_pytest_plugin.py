@@ -143,15 +143,20 @@ class TestOwn:
     run(project, test).assert_outcomes(passed=2)
 
 
-def test_a_robot_is_found_by_ini_option_then_in_the_nearest_package(project: pytest.Pytester) -> None:
-    make_package(project.path / "second", "second", Sizes())
-    (project.path / "second" / "test" / "test_second.py").write_text(
-        "def test_name(robot): assert robot.name == 'second'"
-    )
-    test = "def test_name(robot): assert robot.name == 'my_robot'"
-    run(project, test).assert_outcomes(passed=2)
-    project.makeini("[pytest]\nkbot_robot = second/urdf/second.xacro")
-    run(project, test).assert_outcomes(passed=1, failed=1)
+def test_a_robot_is_found_in_the_package_or_by_ini_option(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    monkeypatch.setenv("PYTEST_ADDOPTS", "-p kbot.pytest_plugin --import-mode=importlib")
+    for name in ("first", "second"):
+        make_package(pytester.path / name, name, Sizes())
+        (pytester.path / name / "test" / "drive.scenario.yaml").unlink()
+        test = f"def test_name(robot): assert robot.name == '{name}'"
+        (pytester.path / name / "test" / f"test_{name}.py").write_text(test)
+    pytester.runpytest_subprocess().assert_outcomes(passed=2)
+    pytester.runpytest_subprocess("--rootdir=second/test", "second/test").assert_outcomes(passed=1)
+    pytester.makeini("[pytest]\nkbot_robot = second/urdf/second.xacro")
+    pytester.runpytest_subprocess().assert_outcomes(passed=1, failed=1)
 
 
 def test_a_robot_that_does_not_load_is_shown_with_its_line_and_without_a_traceback(
@@ -195,7 +200,102 @@ def test_without_a_robot_the_error_says_where_one_is_named(
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     result = run(pytester, "def test_it(sim): pass", "-p", "kbot.pytest_plugin")
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(['no robot: name one with @pytest.mark.kbot(robot="FILE"), or *'])
+    result.stdout.fnmatch_lines(
+        ['* contains no robot: *. Name a robot with @pytest.mark.kbot(robot="FILE"), or with kbot_robot in *']
+    )
+
+
+SCENARIO = """\
+duration: 3
+seeds: [3, 4]
+steps:
+  - command: {linear: 0.1}
+expect:
+  - final_forward: {min: 0.28, max: 0.3}
+  - never_touches
+---
+name: fast
+robot: kbot
+duration: 3
+steps:
+  - command: {linear: 0.2}
+expect:
+  - max_speed: {max: 0.15}
+"""
+
+
+def test_scenario_files_are_tests(project: pytest.Pytester) -> None:
+    (project.path / "test").mkdir()
+    (project.path / "test" / "drive.scenario.yaml").write_text(SCENARIO)
+    (project.path / "test" / "drive.scenario.py").write_text(
+        "from kbot.trials import *\n"
+        "SCENARIO = Scenario('python', 2.0, [Step(Command(0.1))], [StaysUpright()], RobotSource('kbot'))\n"
+    )
+    result = project.runpytest_subprocess("-v", "--kbot-film", "films")
+    result.assert_outcomes(passed=3, failed=1)
+    result.stdout.fnmatch_lines_random(
+        [
+            "test/drive.scenario.py::python PASSED*",
+            "test/drive.scenario.yaml::drive-1[[]seed3[]] PASSED*",
+            "test/drive.scenario.yaml::drive-1[[]seed4[]] PASSED*",
+            "test/drive.scenario.yaml::fast FAILED*",
+            "max_speed is 0.2* m/s, above 0.15 m/s",
+            "*KBot: the last seconds of the run*",
+            "recording: kbot view */films/test-drive.scenario.yaml-fast.mcap --at 0.0",
+        ]
+    )
+
+
+def test_an_error_in_a_scenario_file_is_shown_with_its_line(project: pytest.Pytester) -> None:
+    (project.path / "drive.scenario.yaml").write_text(SCENARIO.replace("max_speed", "max_sped"))
+    result = run(project, "def test_other(): pass", "--continue-on-collection-errors")
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.re_match_lines(
+        [r".*drive\.scenario\.yaml:15:\d+: error: .*'max_sped'.*", r"15 \| .*max_sped", r" +\| +\^+"]
+    )
+
+
+@pytest.mark.parametrize("words", [(), ("-n", "2")])
+def test_an_html_report_has_all_runs_of_all_workers(project: pytest.Pytester, words: tuple[str, ...]) -> None:
+    test = (
+        STRAIGHT.replace("DISTANCE", "1.6")
+        + """
+@pytest.mark.parametrize("speed", [0.1, 0.2])
+def test_trial(trial, speed):
+    trial(steps=[Step(Command(speed))], expect=[Bound("max_speed", max=0.15)], duration=2)
+
+def test_without_a_run():
+    pass
+"""
+    )
+    result = run(project, test, "--kbot-html", "report.html", *words)
+    result.assert_outcomes(passed=2, failed=2)
+    result.stdout.fnmatch_lines([f"*KBot: report with 3 runs in {project.path / 'report.html'}*"])
+    page = (project.path / "report.html").read_text("utf-8")
+    for text in (
+        "test_it.py::test_straight",
+        "test_it.py::test_trial[0.1]",
+        "1.6 ± 0.01",
+        "2 of 3",
+    ):
+        assert text in page
+    assert page.count("data:image/webp") >= 2
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("--kbot-html=no/report.html", "the folder */no does not exist"),
+        ("--kbot-film=file", "cannot make */file: *"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_reported_before_the_tests(
+    project: pytest.Pytester, option: str, message: str
+) -> None:
+    (project.path / "file").write_text("")
+    result = run(project, "def test_it(): pass", option)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: {option.partition('=')[0]}: {message}"])
 
 
 def test_a_trial_fails_with_all_reasons_and_gives_its_trace(project: pytest.Pytester) -> None:

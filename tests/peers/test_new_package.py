@@ -48,8 +48,13 @@ def test_catkin_builds_and_installs_all_files(package: Path) -> None:
     share = package.parents[1] / "install" / "share" / "new_robot"
     installed = {str(file.relative_to(share)) for file in share.rglob("*") if file.is_file()}
     written = {str(file.relative_to(package)) for file in package.rglob("*") if file.is_file()}
-    of_the_source = {"CMakeLists.txt", "README.md", ".github/workflows/robot.yml", "test/test_new_robot.py"}
-    assert written - installed == of_the_source
+    assert written - installed == {
+        "CMakeLists.txt",
+        "README.md",
+        ".github/workflows/robot.yml",
+        "test/drive.scenario.yaml",
+        "test/test_new_robot.py",
+    }
 
 
 def test_roslaunch_sets_the_same_parameters(sourced: Ros, package: Path) -> None:

@@ -131,7 +131,7 @@ def make_package(folder: Path, name: str, sizes: Sizes) -> NewPackage:
     sizes.check()
     if (folder.exists() or folder.is_symlink()) and not folder.is_dir():
         raise KbotError(f"{folder} is not a folder. Choose another name, or another folder with --in DIR")
-    name = package_name(folder) or name
+    name = _package_name(folder) or name
     existing = find_robot(folder, name)
     values = {"NAME": name, **_values(sizes), **_values_of_robot(folder, existing, name)}
     texts = dict(_filled_files(values))
@@ -183,7 +183,7 @@ def _values_of_robot(folder: Path, robot: Path | None, name: str) -> dict[str, s
     return {"ROBOT": robot.name, "FRAME": frame, "DETAILS": "", "CLASSIC": "", "GZ": ""}
 
 
-def package_name(folder: Path) -> str:
+def _package_name(folder: Path) -> str:
     """The name in a folder's package.xml, or an empty string."""
     manifest = folder / "package.xml"
     if not manifest.is_file():  # nor a pipe, which would never end

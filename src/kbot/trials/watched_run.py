@@ -33,15 +33,15 @@ class WatchedRun:
             self._outputs = RunOutputs(lambda _: None, RecordOptions(record))
             self._outputs.join(simulation, "", world)
 
-    def result(self) -> TrialResult:
-        """The run until now. A film is drawn, which may take a few seconds."""
+    def result(self, *, film: bool) -> TrialResult:
+        """The run until now. Drawing a `film` may take a few seconds."""
         simulation = self._simulation
         with suppress(ValueError):  # a state after a divergence is not finite
             self._sampler.sample()
-        film, problem = b"", ""
-        if self._tape is not None:
+        drawn, problem = b"", ""
+        if film and self._tape is not None:
             try:
-                film = draw_film(self._tape.moments)
+                drawn = draw_film(self._tape.moments)
             except KbotError as error:
                 problem = str(error)
         return TrialResult(
@@ -53,7 +53,7 @@ class WatchedRun:
             robot=simulation.robot.name,
             recording=self._record,
             surroundings=surroundings(simulation),
-            film=film,
+            film=drawn,
             film_problem=problem,
         )
 
