@@ -108,40 +108,102 @@ def test_try_repo_takes_the_hooks(repository: Path, published: Path, store: Path
     assert "[J107]" in done.stdout
 
 
-def test_the_steps_of_the_action_install_annotate_fail_and_drive(tmp_path: Path, published: Path) -> None:
+class Action:
+    """Runs the steps of action.yml as GitHub does. KBot is installed once."""
+
+    def __init__(self, published: Path, temp: Path) -> None:
+        text = yaml.safe_load((published / "action.yml").read_text("utf-8"))
+        self.steps = {step["name"]: step for step in text["runs"]["steps"]}
+        self.inputs = {name: str(entry["default"]) for name, entry in text["inputs"].items()}
+        self._published, self._temp = published, temp
+        assert self.steps["Find a Python"]["uses"].startswith("actions/setup-python@")
+        done = self.run("Install kbot", temp)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    def run(self, name: str, folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
+        """Run a step in a folder."""
+        assert set(inputs) <= set(self.inputs)
+        values = {f"inputs.{key}": value for key, value in (self.inputs | inputs).items()}
+        values["steps.python.outputs.python-path"] = sys.executable
+        step = self.steps[name]
+        variables = {
+            key: re.sub(r"\$\{\{ *(\S+) *\}\}", lambda m: values[m[1]], str(value))
+            for key, value in step["env"].items()
+        }
+        runner = {"RUNNER_TEMP": str(self._temp), "GITHUB_ACTION_PATH": str(self._published)}
+        words = ("bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"])
+        return run(*words, cwd=folder, **variables, **runner)
+
+    def kbot(self, *words: str, cwd: Path) -> None:
+        done = run(self._temp / "kbot" / "bin" / "kbot", *words, cwd=cwd)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def action(published: Path, tmp_path_factory: pytest.TempPathFactory) -> Action:
     if not shutil.which("bash"):
         pytest.skip("there is no bash")
-    action = yaml.safe_load((published / "action.yml").read_text("utf-8"))
-    given = {
-        **{f"inputs.{name}": str(entry["default"]) for name, entry in action["inputs"].items()},
-        "inputs.sarif": "out.sarif",
-        "steps.python.outputs.python-path": sys.executable,
-    }
+    return Action(published, tmp_path_factory.mktemp("runner"))
+
+
+def inputs_of(workflow: Path) -> dict[str, str]:
+    """What a workflow gives to KBot's action."""
+    (job,) = yaml.safe_load(workflow.read_text("utf-8"))["jobs"].values()
+    (ours,) = (step for step in job["steps"] if step["uses"].startswith("OWNER/kbot@"))
+    found: dict[str, str] = ours["with"]
+    return found
+
+
+def test_the_steps_of_the_action_annotate_fail_and_drive(tmp_path: Path, action: Action) -> None:
     folder = tmp_path / "workspace"
     folder.mkdir()
     shutil.copy(FAILS, folder / "robot.xacro")
     example = ROOT / "examples" / "drive_test"
     shutil.copy(example / "drive_straight.py", folder)
-    workflow = yaml.safe_load((example / ".github/workflows/drive.yml").read_text("utf-8"))
-    (ours,) = (s for s in workflow["jobs"]["drive"]["steps"] if s["uses"].startswith("OWNER/kbot@"))
-    assert set(ours["with"]) <= set(action["inputs"])
-    given |= {f"inputs.{name}": value for name, value in ours["with"].items() if name != "robot"}
-    given["inputs.robot"] = "kbot"
-    find, install, check, drive = action["runs"]["steps"]
-    assert "inputs.script != ''" in drive["if"]
-    assert find["uses"].startswith("actions/setup-python@")
-    output = ""
-    for step, status in ((install, 0), (check, 1), (drive, 0)):
-        variables = {
-            name: re.sub(r"\$\{\{ *(\S+) *\}\}", lambda m: given[m[1]], str(value))
-            for name, value in step["env"].items()
-        }
-        runner = {"RUNNER_TEMP": str(tmp_path), "GITHUB_ACTION_PATH": str(published)}
-        words = ("bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"])
-        done = run(*words, cwd=folder, **variables, **runner)
-        assert done.returncode == status, done.stdout + done.stderr
-        output += done.stdout
-    assert "::warning file=robot.xacro,line=" in output
-    assert '"distance_m"' in output
-    assert (folder / "drive.png").read_bytes().startswith(b"\x89PNG")
+    inputs = inputs_of(example / ".github/workflows/drive.yml") | {"robot": "kbot"}
+    checked = action.run("Check", folder, **inputs, sarif="out.sarif")
+    assert checked.returncode == 1, checked.stdout + checked.stderr
+    assert "::warning file=robot.xacro,line=" in checked.stdout
     assert '"ruleId": "J107"' in (folder / "out.sarif").read_text("utf-8")
+    assert "inputs.script != ''" in action.steps["Drive"]["if"]
+    driven = action.run("Drive", folder, **inputs)
+    assert driven.returncode == 0, driven.stdout + driven.stderr
+    assert '"distance_m"' in driven.stdout
+    assert (folder / "drive.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_action_refuses_a_bad_change_of_a_new_package_and_accepts_a_good_one(
+    tmp_path: Path, action: Action
+) -> None:
+    """In a repository with a package from `kbot new` and its workflow."""
+    action.kbot("new", "my_robot", cwd=tmp_path)
+    package = tmp_path / "my_robot"
+    inputs = inputs_of(package / ".github" / "workflows" / "robot.yml")
+    git("init", "-q", cwd=package)
+    git("add", "--all", cwd=package)
+    git("commit", "-q", "-m", "all", cwd=package)
+
+    def statuses() -> dict[str, int]:
+        steps = {"Check": inputs, "Test": inputs, "Try": {"trials": "test"}}
+        done = {name: action.run(name, package, **given) for name, given in steps.items()}
+        texts.update({name: step.stdout + step.stderr for name, step in done.items()})
+        return {name: step.returncode for name, step in done.items()}
+
+    texts: dict[str, str] = {}
+    assert statuses() == {"Check": 0, "Test": 0, "Try": 0}, texts
+    macros = package / "urdf" / "macros.xacro"
+    wheel = '<cylinder radius="${wheel_radius}"'
+    wrong = "<cylinder radius=\"${wheel_radius*(1.1 if name == 'left_wheel' else 1)}\""
+    macros.write_text(macros.read_text("utf-8").replace(wheel, wrong), "utf-8")
+    assert statuses() == {"Check": 1, "Test": 1, "Try": 1}, texts
+    (_, line) = (at for at, text in enumerate(macros.read_text("utf-8").splitlines(), 1) if wrong in text)
+    assert re.search(rf"macros\.xacro:{line}:\d+", texts["Test"])
+    assert "distance_to_target is" in texts["Try"]
+    results = package / "kbot-results"
+    assert {"tests.xml", "tests.html", "trials.xml", "trials.html"} <= {f.name for f in results.iterdir()}
+    assert [*results.glob("tests/*.mcap")]
+    assert [*results.glob("trials/*.mcap")]
+    git("checkout", "-q", ".", cwd=package)
+    robot = package / "urdf" / "my_robot.xacro"
+    robot.write_text(robot.read_text("utf-8").replace("${500*length", "${700*length"), "utf-8")
+    assert statuses() == {"Check": 0, "Test": 0, "Try": 0}, texts
