@@ -20,6 +20,7 @@ from click.testing import CliRunner, Result
 import kbot.cli.view
 from kbot.cli.try_command import command as try_command
 from kbot.text import KbotError
+from kbot.trials.batteries import BATTERIES
 
 DRIVE = """\
 robot: kbot
@@ -188,6 +189,33 @@ def test_a_file_is_a_battery_for_any_robot_and_grades_folders(folder: Path) -> N
     assert "contains no robot" in rows[2]["drive"]
     assert "contains 2 robots: one.urdf, two.urdf" in rows[3]["drive"]
     assert "✓ students/ann/: drive" in result.stdout
+
+
+def test_batteries_are_tried_by_their_names() -> None:
+    result = run("kbot", "--battery", "straight", "--battery", "standing_still", "-j", "2")
+    assert result.return_value == 0
+    assert [line.split()[:2] for line in result.stdout.splitlines()[:2]] == [
+        ["✓", "straight"], ["✓", "standing_still"],
+    ]  # fmt: skip
+    assert {line.split()[0] for line in run("--list").stdout.splitlines()} == set(BATTERIES)
+    assert run("kbot", "--battery", "all", "--list").stdout.splitlines()[0] == "straight"
+    with pytest.raises(KbotError, match="there is no battery and no scenario file 'strait'"):
+        run("kbot", "--battery", "strait")
+
+
+def test_a_robot_that_cannot_drive_is_one_error_and_the_others_are_tried(folder: Path) -> None:
+    (folder / "arm.urdf").write_text('<robot name="arm"><link name="a"/></robot>')
+    result = run("arm.urdf", "--battery", "all")
+    assert result.return_value == 2
+    assert result.stderr.startswith("error: robot 'arm' cannot drive")
+    assert result.stdout == ""
+    assert results("arm.urdf", "--battery", "all")["failed"] == len(BATTERIES)
+    result = run("arm.urdf", "kbot", "gone.urdf", "--battery", "standing_still")
+    assert result.return_value == 1
+    marks = [line.split("  ")[0] for line in result.stdout.splitlines()[:3]]
+    assert marks == [
+        "✗ arm.urdf: standing_still", "✓ kbot: standing_still", "✗ gone.urdf: standing_still"
+    ]  # fmt: skip
 
 
 def test_the_list_and_the_schema_run_nothing() -> None:

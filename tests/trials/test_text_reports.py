@@ -60,6 +60,12 @@ def test_a_number_is_as_exact_as_a_robot(value: float, text: str) -> None:
     assert table([result]) == f"✓ own  {text}\n"
 
 
+def test_a_count_says_less_than_another_measure() -> None:
+    contacts, tilt = MeasureResult("contacts", 0.0, ""), MeasureResult("max_tilt", 0.25, "rad")
+    assert table([TrialResult("own", 0, (contacts, tilt))]) == "✓ own  max_tilt 0.25 rad\n"
+    assert table([TrialResult("own", 0, (contacts,))]) == "✓ own  contacts 0\n"
+
+
 def test_a_run_in_real_time_is_labelled() -> None:
     result = TrialResult("own", 0, is_deterministic=False)
     assert table([result]) == "✓ own    (ran in real time: not deterministic)\n"

@@ -22,6 +22,7 @@ from kbot.cli.arguments import (
 )
 from kbot.cli.output import fail, has_color, print_json, print_note, report_error
 from kbot.cli.progress import busy, counting
+from kbot.text import KbotError
 from kbot.text.files import write_text
 
 if TYPE_CHECKING:
@@ -193,14 +194,21 @@ def _try(
         if not selection.tasks and not reports.as_json:
             return INTERRUPTED if pool.interrupted else UNUSABLE
         done = _run(pool, selection.tasks, running, with_film=reports.html is not None)
-    _report(
-        done, reports, begun, time.monotonic() - clock, names_robots=len(paths) > 1 and bool(choice.battery)
-    )
+    nothing_ran = all(task.error for task in selection.tasks)
+    if nothing_ran and not selection.errors:
+        for error in selection.robot_errors or _reasons(selection.tasks):
+            report_error(error)
+    _report(done, reports, begun, time.monotonic() - clock, with_table=not nothing_ran)
     if pool.interrupted:
         return INTERRUPTED
-    if selection.errors or all(task.error for task in selection.tasks):
+    if selection.errors or nothing_ran:
         return UNUSABLE
     return PASSED if all(result.passed for _, result in done) else FAILED
+
+
+def _reasons(tasks: Sequence[Task]) -> list[KbotError]:
+    """Why trials cannot run, each reason once."""
+    return [KbotError(reason) for reason in dict.fromkeys(task.error for task in tasks)]
 
 
 def _select(pool: Pool, paths: Sequence[str], values: dict[str, str], choice: _Choice) -> Selection:
@@ -251,11 +259,12 @@ def _report(
     begun: datetime,
     seconds: float,
     *,
-    names_robots: bool,
+    with_table: bool,
 ) -> None:
     from kbot.trials.reports.table import summary, table
     from kbot.trials.results import to_json
 
+    names_robots = len({task.robot for task, _ in done}) > 1
     results = [
         replace(result, name=f"{task.robot}: {result.name}") if names_robots else result
         for task, result in done
@@ -274,6 +283,8 @@ def _report(
         write_html(reports.html, results)
     if reports.as_json:
         print_json(to_json(results))
+        return
+    if not with_table:
         return
     color = has_color(sys.stdout)
     click.echo(table(results, color=color) + summary(results, seconds, color=color))

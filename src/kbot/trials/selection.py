@@ -9,7 +9,7 @@ from pathlib import Path
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import DescriptionError, KbotError
 from kbot.text.suggest import did_you_mean, suggest_or_list
-from kbot.trials.batteries import BATTERIES, all_batteries, battery, not_applicable
+from kbot.trials.batteries import BATTERIES, NotApplicable, battery
 from kbot.trials.formats import summary_of
 from kbot.trials.places import ROBOT_SUFFIXES, find_robot, robot_of_folder
 from kbot.trials.pool import Outcome, Pool, Task, load_once, sentence
@@ -52,10 +52,16 @@ class Changes:
 
 @dataclass
 class Selection:
-    """Tasks in order, the errors of files from which no task could be made, and the batteries left out."""
+    """Tasks in order.
+
+    errors        of scenario files, whose scenarios are tasks that cannot run
+    robot_errors  of robots, whose trials are tasks that cannot run
+    notes         which batteries are left out, and why
+    """
 
     tasks: list[Task] = field(default_factory=list)
     errors: list[KbotError] = field(default_factory=list)
+    robot_errors: list[KbotError] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def add_failed(self, name: str, error: str, robot: str = "") -> None:
@@ -93,76 +99,94 @@ def select_batteries(
     chosen = Selection()
     parts: list[str | FoundScenario] = []
     for word in batteries:
-        if word.endswith(SUFFIXES) or Path(word).is_dir():
-            failed = Selection()
-            parts += _read(pool, find_scenario_files(_scenario_path(word)), failed)
-            if failed.errors:
-                raise failed.errors[0]
-        elif word == ALL or word in BATTERIES:
-            parts.append(word)
-        else:
-            known = [ALL, *BATTERIES]
-            raise KbotError(
-                f"there is no battery and no scenario file '{word}': {suggest_or_list(word, known)}"
-            )
-    requests = [
-        _Request(path, changes, tuple(each for each in parts if isinstance(each, str))) for path in robots
-    ]
+        parts += _battery_parts(pool, word)
+    names = tuple(each for each in parts if isinstance(each, str))
+    requests = [_Request(path, changes, names, may_skip=ALL in batteries) for path in robots]
     outcomes = pool.map(_prepare, requests, lambda _: WorkerLimits().seconds)
     for path, outcome in zip(robots, outcomes, strict=True):
         if outcome is None:  # Ctrl-C
             continue
         if outcome.value is None:
-            for name in _names(parts):
-                chosen.add_failed(name, sentence(outcome.error, "loading the robot"), path)
+            reason = sentence(outcome.error, f"reading {path}")
+            known = isinstance(outcome.error, DescriptionError)
+            chosen.robot_errors.append(outcome.error if known else KbotError(reason))  # type: ignore[arg-type]
+            for each in parts:
+                if isinstance(each, str):
+                    chosen.add_failed(each, reason, path)
+                else:
+                    chosen.tasks += [replace(task, error=reason) for task in _tasks(each, changes, path)]
             continue
-        chosen.notes += outcome.value.not_applicable
+        chosen.notes += outcome.value.skipped
         for each in parts:
-            made = outcome.value.of[each] if isinstance(each, str) else [each]
-            for found in made:
-                scenario = replace(found.scenario, robot=outcome.value.robot)
-                chosen.tasks += _tasks(replace(found, scenario=scenario), changes, path)
+            if isinstance(each, str):
+                if each in outcome.value.failed:
+                    chosen.add_failed(each, outcome.value.failed[each], path)
+                if each not in outcome.value.made:
+                    continue
+            scenario = outcome.value.made[each] if isinstance(each, str) else each.scenario
+            found = FoundScenario(scenario, "") if isinstance(each, str) else each
+            placed = replace(scenario, robot=outcome.value.robot)
+            chosen.tasks += _tasks(replace(found, scenario=placed), changes, path)
     return chosen
+
+
+def _battery_parts(pool: Pool, word: str) -> Sequence[str | FoundScenario]:
+    """The names of built-in batteries that a word means, or the scenarios of a file."""
+    if word.endswith(SUFFIXES) or Path(word).is_dir():
+        read = Selection()
+        found = _read(pool, find_scenario_files(_scenario_path(word)), read)
+        if read.errors:
+            raise read.errors[0]
+        return found
+    if word != ALL and word not in BATTERIES:
+        hint = suggest_or_list(word, [ALL, *BATTERIES])
+        raise KbotError(f"there is no battery and no scenario file '{word}': {hint}")
+    return list(BATTERIES) if word == ALL else [word]
 
 
 @dataclass(frozen=True)
 class _Request:
-    """A robot as it was typed, and the built-in batteries to make for it."""
+    """A robot as it was typed, and the built-in batteries to make for it.
+
+    `may_skip`: batteries that do not apply to the robot are left out.
+    """
 
     path: str
     changes: Changes
     batteries: tuple[str, ...]
+    may_skip: bool
 
 
 @dataclass(frozen=True)
 class _Prepared:
-    """A robot that can be loaded, its batteries by their names, and why some of all do not apply to it."""
+    """A robot that can be read, and its built-in batteries.
+
+    made     by name
+    failed   why a battery cannot be made, by name
+    skipped  why batteries do not apply
+    """
 
     robot: RobotSource
-    of: Mapping[str, list[FoundScenario]]
-    not_applicable: tuple[str, ...]
+    made: dict[str, Scenario] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
+    skipped: list[str] = field(default_factory=list)
 
 
 def _prepare(request: _Request) -> _Prepared:
     """Find and read a robot, in a process of the pool."""
-    source = request.changes.robot(RobotSource(_robot_path(request.path)))
-    robot = load_once(source)
-    made = {
-        name: all_batteries(robot) if name == ALL else [battery(name, robot)] for name in request.batteries
-    }
-    return _Prepared(
-        source,
-        {name: [FoundScenario(each, "") for each in found] for name, found in made.items()},
-        tuple(not_applicable(robot).values()) if ALL in request.batteries else (),
-    )
-
-
-def _names(parts: Iterable[str | FoundScenario]) -> list[str]:
-    """The names of scenarios, also if they cannot be made because there is no robot."""
-    names: list[str] = []
-    for each in parts:
-        names += list(BATTERIES) if each == ALL else [each if isinstance(each, str) else each.scenario.name]
-    return names
+    found = _Prepared(request.changes.robot(RobotSource(_robot_path(request.path))))
+    robot = load_once(found.robot)
+    for name in request.batteries:
+        try:
+            found.made[name] = battery(name, robot)
+        except NotApplicable as reason:
+            if request.may_skip:
+                found.skipped.append(str(reason))
+            else:
+                found.failed[name] = first_error(reason)
+        except KbotError as error:
+            found.failed[name] = first_error(error)
+    return found
 
 
 def _tasks(found: FoundScenario, changes: Changes, robot: str = "") -> list[Task]:

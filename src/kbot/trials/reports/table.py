@@ -31,7 +31,7 @@ class _Row:
     def __init__(self, result: TrialResult, color: bool) -> None:
         self.result, self.color = result, color
         self.title = printable(result.title)
-        self.number = _number(result.measures[0]) if result.passed and result.measures else ""
+        self.number = _number(result.measures) if result.passed and result.measures else ""
 
     def text(self, width: int, number_width: int) -> str:
         result = self.result
@@ -52,8 +52,9 @@ def replay_command(result: TrialResult) -> str:
     return f"kbot view {shlex.quote(result.recording)}{at}"
 
 
-def _number(measure: MeasureResult) -> str:
-    """The value with up to four digits after the point: no robot is more exact than 0.1 mm."""
+def _number(measures: Sequence[MeasureResult]) -> str:
+    """The first measure that is not a count, with up to four digits after the point: 0.1 mm is exact."""
+    measure = next((each for each in measures if each.unit), measures[0])
     value = round(measure.value, 4) + 0.0  # turns -0.0 into 0.0
     unit = f" {measure.unit}" if measure.unit else ""
     return f"{measure.name} {value:.10g}{unit}"
