@@ -154,6 +154,61 @@ def test_elements_in_another_order_are_not_a_change(tmp_path: Path):
     assert [[line for line, *_ in c] for c in relevant(tmp_path, URDF, moved_width)] == [[11]]
 
 
+MACRO = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="wheel" params="side y">
+    <link name="${side}"/>
+    <joint name="${side}" type="continuous">
+      <parent link="base"/>
+      <child link="${side}"/>
+      <origin xyz="0 ${y} 0"/>
+    </joint>
+  </xacro:macro>
+  <link name="base"/>
+  <xacro:wheel side="left" y="0.2"/>
+  <xacro:wheel side="right" y="-0.2"/>
+</robot>
+"""
+
+
+@pytest.mark.parametrize(("right", "expected"), [("-0.2", []), ("-0.21", [[12]])])
+def test_a_parameter_that_a_macro_and_its_calls_have_is_not_a_change(
+    tmp_path: Path, right: str, expected: list[list[int]]
+):
+    after = MACRO.replace('"side y"', '"side y z"').replace("${y} 0", "${y} ${z}")
+    after = after.replace('y="0.2"', 'y="0.2" z="0"')
+    after = after.replace('y="-0.2"', f'y="{right}" z="0.0"')
+    assert [[line for line, *_ in change] for change in relevant(tmp_path, MACRO, after)] == expected
+
+
+def test_attributes_in_another_order_in_several_lines_are_not_a_change(tmp_path: Path):
+    before = URDF.replace('"0 ${width} 0"', '"0 ${width} 0"\n            rpy="0 0 0.5"')
+    after = URDF.replace('xyz="0 ${width} 0"', 'rpy="0 0 0.5"\n            xyz="0 ${width} 0"')
+    assert relevant(tmp_path, before, after) == []
+    assert [
+        [line for line, *_ in c] for c in relevant(tmp_path, before, after.replace('"0.3"', '"0.4"'))
+    ] == [[2]]
+
+
+def test_two_faults_in_several_files_are_found_among_harmless_edits(tmp_path: Path, no_packages: None):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    before, after = (KBOT.copy(None, tmp_path / name / "robot") for name in ("a", "b"))
+    ARGUMENTS[after.file] = KBOT.arguments
+    original = texts_of(after)
+    for kinds in (("argument", "friction"), ("caster x", "torque"), ("moment", "noise")):
+        rng, texts = random.Random(" ".join(kinds)), dict(original)
+        for _ in range(5):
+            edit_harmlessly(rng, texts)
+        places = []
+        for kind in kinds:
+            path, line, texts = next(faulty(rng, texts, kind))
+            places.append((path, line))
+        write(texts)
+        changes = relevant_changes(Edits(before, after))
+        assert sorted((Path(e.file), e.line) for c in changes for e in c.lines) == sorted(places)
+        write(original)
+
+
 # --- effects -------------------------------------------------------------------------------------
 
 

@@ -53,7 +53,7 @@ def test_groups_have_each_edit_once(before: str, after: str):
     [
         ('v="${a}"\n', 'v="${2*(b)}"\n', [["2*(", ")"], ["b"]]),
         ('v="${a}" w="1"\n', "v='${a}' w=\"2\"\n", [["'", "'"], ["2"]]),
-        ('<s type="ray" name="l">\n', '<s name="l" type="ray">\n', [[' name="l"', ""]]),
+        ('<s type="ray" name="l">\n', '<s name="l" type="ray">\n', [['name="l" ', ""]]),
         ('v="(1)"\nw="2"\n', 'v="1"\nw="3"\n', [["", ""], ["3"]]),
     ],
 )
@@ -76,6 +76,8 @@ J1, J2, J3 = ("<j>\na\n</j>\n".replace("a", name) for name in "xyz")
         ('<o xyz="0 0 1" rpy="0 0 0"/>\n', '<o xyz="0 2 1" rpy="0 3 0"/>\n', [("0", "2"), ("0", "3")]),
         # a new name and a factor in one expression
         ("${width + gap}\n", "${1.1*(span + gap)}\n", [("", "1.1*("), ("width", "span"), ("", ")")]),
+        # an attribute behind the one that changed
+        ('<w y="0.2"/>\n', '<w y="0.3" z="0"/>\n', [("0.2", "0.3"), ("", ' z="0"')]),
         # a line each
         ("a: 1\nb: 2\nc: 3\n", "a: 9\nb: 8\nc: 3\n", [("1", "9"), ("2", "8")]),
         # elements and comments that were added together are separate

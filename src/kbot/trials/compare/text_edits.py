@@ -23,6 +23,7 @@ _TOKEN = re.compile(
     r"|.",
     re.DOTALL,
 )
+_ATTRIBUTES = re.compile(rf"""[\w:.-]+\s*=\s*(?:"[^"<]*"|'[^'<]*')|{_TOKEN.pattern}""", re.DOTALL)
 _VALUE = re.compile(r"\$\{[^{}]*\}|\d[\d.]*")
 _MARKUP = re.compile(r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|<(/?)[^<>]*?(/?)>", re.DOTALL)
 _QUOTES = ('"', "'")
@@ -178,21 +179,41 @@ def _equal(pairs: Iterable[tuple[str, str]]) -> int:
 
 
 def _within(old: str, new: str, start: int, to_start: int) -> list[TextEdit]:
-    """The edits between two texts by words, or a single one if the texts have little in common."""
-    whole = [TextEdit(start, start + len(old), to_start, to_start + len(new))]
+    """The edits between two texts by words, or a single one if the texts have little in common.
+
+    Attributes match by name, so that a value is compared with the value that it had.
+    """
+    a, b = _ATTRIBUTES.findall(old), _ATTRIBUTES.findall(new)
+    found: list[TextEdit] = []
+    if max(len(a), len(b)) <= _MOST_TOKENS:
+        starts_a, starts_b = [0, *accumulate(map(len, a))], [0, *accumulate(map(len, b))]
+        matcher = SequenceMatcher(None, [*map(_attribute, a)], [*map(_attribute, b)], autojunk=False)
+        for tag, i1, i2, j1, j2 in matcher.get_opcodes():
+            pairs = [(i1, i2, j1, j2)]
+            if tag == "equal":
+                pairs = [(i1 + n, i1 + n + 1, j1 + n, j1 + n + 1) for n in range(i2 - i1)]
+            for first, last, to_first, to_last in pairs:
+                texts = "".join(a[first:last]), "".join(b[to_first:to_last])
+                found += _by_words(*texts, start + starts_a[first], to_start + starts_b[to_first])
+        most = _MOST_PARTS * max(1, old.count("\n"))
+        if matcher.ratio() >= _ALIKE and len(found) <= most:
+            return found
+    return [TextEdit(start, start + len(old), to_start, to_start + len(new))]
+
+
+def _by_words(old: str, new: str, start: int, to_start: int) -> Iterator[TextEdit]:
+    """The edits between two texts by words."""
     a, b = _TOKEN.findall(old), _TOKEN.findall(new)
-    if max(len(a), len(b)) > _MOST_TOKENS:
-        return whole
-    matcher = SequenceMatcher(None, a, b, autojunk=False)
     starts_a, starts_b = [0, *accumulate(map(len, a))], [0, *accumulate(map(len, b))]
-    found = [
-        TextEdit(start + starts_a[i1], start + starts_a[i2], to_start + starts_b[j1], to_start + starts_b[j2])
-        for tag, i1, i2, j1, j2 in matcher.get_opcodes()
-        if tag != "equal"
-        for i1, i2, j1, j2 in _parts(a, b, i1, i2, j1, j2)
-    ]
-    most = _MOST_PARTS * max(1, old.count("\n"))
-    return found if matcher.ratio() >= _ALIKE and len(found) <= most else whole
+    for tag, i1, i2, j1, j2 in SequenceMatcher(None, a, b, autojunk=False).get_opcodes():
+        for first, last, to_first, to_last in _parts(a, b, i1, i2, j1, j2) if tag != "equal" else ():
+            ends = start + starts_a[first], start + starts_a[last]
+            yield TextEdit(*ends, to_start + starts_b[to_first], to_start + starts_b[to_last])
+
+
+def _attribute(token: str) -> str:
+    """The name of an attribute with its equals sign. Other tokens stay as they are."""
+    return token[: token.index("=") + 1] if token[-1] in _QUOTES and "=" in token else token
 
 
 def _parts(
