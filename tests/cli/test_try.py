@@ -128,6 +128,15 @@ def test_an_unusable_scenario_counts_as_failed_and_the_others_run(folder: Path) 
     assert "bad.scenario.yaml:4:1" in found["scenarios"][0]["reason"]
 
 
+def test_a_scenario_without_a_robot_needs_one(folder: Path) -> None:
+    (folder / "any.scenario.yaml").write_text(DRIVE.replace("robot: kbot\n", ""))
+    result = run(".")
+    assert result.return_value == 2
+    assert "any.scenario.yaml: the scenario 'any' names no robot. Add robot: FILE" in result.stderr
+    assert "1 passed, 1 failed" in result.stdout
+    assert run("kbot", "--battery", "any.scenario.yaml").return_value == 0
+
+
 def test_a_robot_that_does_not_expand_is_one_line_and_the_others_run(folder: Path) -> None:
     (folder / "broken.xacro").write_text(
         '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">\n  <link name="${gone}"/>\n</robot>\n'

@@ -25,6 +25,7 @@ from kbot.trials.trial import first_error
 from kbot.worker import WorkerLimits
 from kbot.xacro import PackageNotFound, Packages
 
+NO_ROBOT = "the scenario '{}' names no robot. Add robot: FILE, or try a robot with kbot try ROBOT --battery"
 ALL = "all"
 """The word for all batteries."""
 
@@ -80,8 +81,12 @@ def select_scenarios(pool: Pool, paths: Iterable[str], changes: Changes) -> Sele
             continue
         for found in _read(pool, files, chosen):
             scenario = found.scenario
-            if scenario.robot is not None:
-                scenario = replace(scenario, robot=changes.robot(scenario.robot))
+            if scenario.robot is None:
+                reason = f"{found.file}: {NO_ROBOT.format(scenario.name)} {found.file}"
+                chosen.errors.append(KbotError(reason))
+                chosen.tasks += [replace(task, error=reason) for task in _tasks(found, changes)]
+                continue
+            scenario = replace(scenario, robot=changes.robot(scenario.robot))
             chosen.tasks += _tasks(replace(found, scenario=scenario), changes)
     return chosen
 

@@ -82,10 +82,7 @@ def first_error(error: KbotError) -> str:
 
 def _require_robot(scenario: Scenario) -> RobotSource:
     if scenario.robot is None:
-        raise KbotError(
-            f"the scenario '{scenario.name}' names no robot. Add robot: FILE to it, or try a robot with "
-            "kbot try ROBOT --battery FILE"
-        )
+        raise KbotError(f"the scenario '{scenario.name}' names no robot")
     return scenario.robot
 
 
