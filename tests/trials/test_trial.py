@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import BlockedJoint
 from kbot.text import KbotError
@@ -188,3 +189,18 @@ def test_a_step_that_is_not_possible_is_named() -> None:
     steps = [Step(Command(0.1)), Step(Push((1.0, 0.0, 0.0), 0.1, "whel"), at=0.5)]
     result = run_trial(Scenario("push", 1.0, steps, robot=KBOT))
     assert result.error.startswith("step 2, push whel: no link of 'kbot'")
+
+
+def test_sensors_that_nothing_reads_do_not_change_a_run_and_scripts_read_them() -> None:
+    with_lidar = RobotSource("kbot", {"lidar": "true"})
+    scenario = Scenario("straight", 1.0, STRAIGHT[:1], robot=with_lidar, world="rooms")
+    watched = run_trial(scenario, watch=lambda simulation: None)
+    assert run_trial(scenario).state_sha256 == watched.state_sha256
+    readings = []
+
+    def read(simulation: Simulation) -> None:
+        simulation.run(0.2)
+        readings.append(mount_declared(simulation)[0]["lidar"].latest)
+
+    run_trial(Scenario("script", 1.0, [Step(RunScript(read))], robot=with_lidar, world="rooms"))
+    assert readings[0] is not None

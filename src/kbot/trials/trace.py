@@ -88,6 +88,7 @@ class Sampler:
         self._rows: list[tuple[float, ...]] = []
         self._joints: list[tuple[float, ...]] = []
         self._support: list[dict[str, float]] = []
+        self._carried = _Support(self._robot.body.prefix)
         self._height = float(simulation.link_pose(self._robot.base).translation[2])
         self._distance = self._energy = 0.0
         self._last = self._start
@@ -150,7 +151,7 @@ class Sampler:
             )
         )
         self._joints.append(tuple(robot.body.joint_positions.values()))
-        self._support.append(_support(model, data, robot.body.prefix))
+        self._support.append(self._carried.forces(model, data))
         self._count += 1
 
     def trace(self) -> Trace:
@@ -195,26 +196,40 @@ class Sampler:
 _COLUMNS = tuple(QUANTITIES)
 
 
-def _support(model: mujoco.MjModel, data: mujoco.MjData, prefix: str) -> dict[str, float]:
-    """The vertical force in N with which the ground and objects carry each link."""
-    forces: dict[str, float] = {}
-    wrench = np.zeros(6)
-    for index in range(data.ncon):
-        contact = data.contact[index]
-        if contact.efc_address < 0:
-            continue
-        first, second = (model.body(model.geom_bodyid[geom]).name for geom in contact.geom)
-        if first.startswith(prefix) == second.startswith(prefix):
-            continue
-        mujoco.mj_contactForce(model, data, index, wrench)
-        # the normal points from the first geometry to the second
-        upward = float(
-            contact.frame[2] * wrench[0] + contact.frame[5] * wrench[1] + contact.frame[8] * wrench[2]
-        )
-        link, force = (second, upward) if second.startswith(prefix) else (first, -upward)
-        link = link.removeprefix(prefix)
-        forces[link] = forces.get(link, 0.0) + force
-    return forces
+class _Support:
+    """Measures the vertical force in N with which the ground and objects carry each link."""
+
+    def __init__(self, prefix: str) -> None:
+        """`prefix` starts the engine's names of the robot's links."""
+        self._prefix = prefix
+        self._model: mujoco.MjModel | None = None
+        self._links: list[str] = []
+        """The link of each geometry, empty for those of other bodies."""
+
+    def forces(self, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
+        if model is not self._model:
+            self._model = model
+            bodies = [model.body(body).name for body in model.geom_bodyid.tolist()]
+            own = [name.startswith(self._prefix) for name in bodies]
+            self._links = [
+                name.removeprefix(self._prefix) if mine else ""
+                for name, mine in zip(bodies, own, strict=True)
+            ]
+        forces: dict[str, float] = {}
+        wrench = np.zeros(6)
+        contacts = data.contact
+        pairs, addresses, frames = contacts.geom.tolist(), contacts.efc_address.tolist(), contacts.frame
+        for index, (one, other) in enumerate(pairs):
+            first, second = self._links[one], self._links[other]
+            if addresses[index] < 0 or bool(first) == bool(second):
+                continue
+            mujoco.mj_contactForce(model, data, index, wrench)
+            # the normal points from the first geometry to the second
+            frame = frames[index]
+            upward = float(frame[2] * wrench[0] + frame[5] * wrench[1] + frame[8] * wrench[2])
+            link, force = (second, upward) if second else (first, -upward)
+            forces[link] = forces.get(link, 0.0) + force
+        return forces
 
 
 class _Clearance:

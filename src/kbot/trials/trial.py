@@ -17,10 +17,21 @@ from kbot.navigation.goals import Goals
 from kbot.record.record_options import RecordOptions
 from kbot.record.run_outputs import Peers, RunOutputs
 from kbot.sensors.declared import mount_declared
+from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.sim.script import Script
 from kbot.text import DescriptionError, KbotError
 from kbot.text.errors import Stopped
+from kbot.trials.actions import (
+    AddObject,
+    Command,
+    Goal,
+    InjectFault,
+    JointCommand,
+    MoveObject,
+    Push,
+    RemoveObject,
+)
 from kbot.trials.expectations import Bound
 from kbot.trials.failure import failure_time
 from kbot.trials.measures import all_measures
@@ -98,7 +109,7 @@ def _run(
 ) -> TrialResult:
     world = scenario.world.replace("{seed}", str(seed))
     simulation = Simulation(robot, world, seed, start=scenario.start)
-    mount_declared(simulation, strict=False)
+    _mount_sensors(simulation, scenario, is_watched=watch is not None)
     if watch is not None:
         watch(simulation)
     needs_clearance = with_all_values or "clearance" in _quantities(scenario)
@@ -139,6 +150,25 @@ def _peers(scenario: Scenario) -> Peers | None:
         return None
     peers: Peers = program_runner().open_programs(scenario.programs, lambda _: None)
     return peers
+
+
+_BLIND = (Command, Goal, Push, InjectFault, AddObject, MoveObject, RemoveObject, JointCommand)
+"""The actions that read no sensor, apart from the lidar of a goal."""
+
+
+def _mount_sensors(simulation: Simulation, scenario: Scenario, *, is_watched: bool) -> None:
+    """Mount the declared sensors. Those whose readings nothing can read measure only for subscribers.
+
+    A sensor has no influence on the motion, and an IMU at 200 Hz takes more time than the physics. Scripts
+    and actions of users may read the newest reading without a subscription. So do goals, from a lidar.
+    """
+    sensors, _ = mount_declared(simulation, strict=False)
+    actions = [step.action for step in scenario.steps]
+    if is_watched or scenario.programs or not all(isinstance(each, _BLIND) for each in actions):
+        return
+    has_goal = any(isinstance(each, Goal) for each in actions)
+    for sensor in sensors.values():
+        sensor.only_with_subscribers |= not (has_goal and isinstance(sensor, LidarSensor))
 
 
 def _quantities(scenario: Scenario) -> set[str]:
