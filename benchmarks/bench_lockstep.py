@@ -28,7 +28,7 @@ from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.trials import Program
 
-RERUNS, SECONDS = 50, 2.0
+RERUNS, SECONDS = 50, 1.0
 TICKS_PER_SECOND = 50
 BUSY_PER_PROCESSOR = 2
 CONTROLLER = """

@@ -220,6 +220,24 @@ def test_programs_take_turns_in_the_order_of_the_scenario(
     assert json.loads((tmp_path / "seen.json").read_text()) == expected
 
 
+@pytest.mark.parametrize("transport", ["ros1", "ros2"])
+def test_topics_of_a_robot_that_is_spawned_later(write: Write, transport: str, tmp_path: Path) -> None:
+    """The robot exists from 0.1 s on. Its topics are connected at the next tick, and odometry has 50 Hz."""
+    if transport == "ros2":
+        pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+    file = write(f"""
+        node, seen = kbot.Node("n"), []
+        node.subscribe("/second/odom", Odometry, lambda m: seen.append(round(m.header.stamp.seconds, 3)))
+        node.spin(0.25)
+        open({str(tmp_path / "seen.json")!r}, "w").write(json.dumps(seen))
+        """)
+    with running(Program(file, transport=transport)) as simulation:
+        simulation.run(0.1)
+        simulation.models.spawn_model("kbot", "second", x=1.0)
+        simulation.run(0.2)
+    assert json.loads((tmp_path / "seen.json").read_text()) == [0.14, 0.16, 0.18, 0.2, 0.22, 0.24, 0.26]
+
+
 def test_a_program_may_end_before_the_run(write: Write, transport: str) -> None:
     file = write("""
         node = kbot.Node("n")

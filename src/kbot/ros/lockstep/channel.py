@@ -12,6 +12,8 @@ from kbot.text.json_text import parse_json
 VARIABLE = "KBOT_LOCKSTEP"
 """The environment variable with the address of the channel, as `HOST:PORT/TOKEN`."""
 CONNECT_SECONDS = 10.0
+LARGEST = 1 << 24
+"""Bytes of the longest line. A line has about 50 bytes for each message of a tick."""
 _READ_BYTES = 1 << 16
 
 Message = dict[str, Any]  # Any: JSON
@@ -34,7 +36,7 @@ end      simulation: the run is over, or the answer to `bye`
 
 
 class ChannelClosed(Exception):
-    """The other side has closed the channel."""
+    """The other side has closed the channel, or does not follow the protocol."""
 
 
 class Channel:
@@ -68,10 +70,15 @@ class Channel:
                 return None
             except OSError:
                 part = b""
-            if not part:
+            if not part or len(self._read) > LARGEST:
                 raise ChannelClosed
             self._read += part
-        message: Message = parse_json(bytes(self._read[:length]))
+        try:
+            message = parse_json(bytes(self._read[:length]))
+        except ValueError:
+            raise ChannelClosed from None
+        if not (isinstance(message, dict) and isinstance(message.get("op"), str)):
+            raise ChannelClosed
         del self._read[: length + 1]
         return message
 

@@ -17,6 +17,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 LOOPBACK = "127.0.0.1"
+REGISTER_SECONDS = 10.0
 HIGHEST_FREE_DOMAIN = 100
 """The ROS documentation recommends domains up to 101, whose ports are below those of other programs."""
 FIRST_PORT, DOMAIN_PORTS, UNICAST = 7400, 250, 10
@@ -110,6 +111,8 @@ class Ros1Endpoint:
         except OSError as error:
             raise KbotError(f"a ROS 1 master cannot be started: {error.strerror or error}") from None
         self._bridge = Ros1Bridge(link, LOOPBACK, self._master.uri, own_master=False)
+        if not self._bridge.wait_until_registered(REGISTER_SECONDS):  # else a program may miss a parameter
+            raise KbotError(f"the ROS 1 master of the trial did not answer within {REGISTER_SECONDS:g} s")
         self.simulation, self.is_connected = self._bridge.identity, self._bridge.is_connected
         self.has_peers = self._bridge.has_peers
         self.environment = {"KBOT_TRANSPORT": "ros1", "ROS_MASTER_URI": self._master.uri}

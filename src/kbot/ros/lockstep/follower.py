@@ -6,6 +6,7 @@ import faulthandler
 import signal
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 from kbot.messages import Bus
@@ -119,8 +120,7 @@ class Follower:
         for nanoseconds, topic, source in tick["messages"]:
             if is_over():
                 return
-            moved = lambda to=nanoseconds: move_to(to)  # noqa: E731 - binds the time
-            if self._link.deliver_next(topic, source, WAIT_SECONDS, moved) is None:
+            if self._link.deliver_next(topic, source, WAIT_SECONDS, partial(move_to, nanoseconds)) is None:
                 raise KbotError(f"a message on {topic} did not arrive")
         if not is_over():
             self._link.serve()  # messages of others, which are not in lockstep

@@ -255,9 +255,9 @@ class TrialPrograms:
 
     def _open_channel(self, channel: Channel) -> None:
         message = None
-        with suppress(ChannelClosed, ValueError):  # ValueError: something else has connected
+        with suppress(ChannelClosed):  # something else has connected
             message = channel.receive(1.0)
-        token = str(message.get("token")).encode() if isinstance(message, dict) else b""
+        token = str(message.get("token")).encode(errors="replace") if message else b""
         for member in self._members:
             if member.channel is None and secrets.compare_digest(token, member.token.encode()):
                 member.channel = channel

@@ -73,7 +73,7 @@ class Ros1Bridge:
         self._synchronized: dict[str, ParameterValue] = {}
         """The parameters that the master has, as far as it is known."""
         self._lock = threading.Lock()
-        self._changed, self._closed = threading.Event(), threading.Event()
+        self._changed, self._closed, self._registered = (threading.Event() for _ in range(3))
         try:
             self._tcpros = TcprosServer(self._host, link, self._node, self._published)
             self._server = RpcServer(self._host, 0, self._functions())
@@ -103,6 +103,10 @@ class Ros1Bridge:
     async def _reaches(self, topic: str, peer: str) -> bool:
         published = self._published.get(topic)
         return published is not None and peer in published.peers
+
+    def wait_until_registered(self, seconds: float) -> bool:
+        """Wait until the master has the topics and parameters of the link. Returns whether it has."""
+        return self._registered.wait(seconds)
 
     def has_peers(self) -> bool:
         """Whether other nodes are connected."""
@@ -160,6 +164,7 @@ class Ros1Bridge:
                 if changed or not known_to_master:
                     self._register()
                     known_to_master = True
+                    self._registered.set()
             except RpcFailed as failed:
                 known_to_master = False
                 self._link.report(f"ROS 1: the master does not answer. KBot waits for it. {failed}")
