@@ -38,7 +38,8 @@ def scenarios(folder: Path) -> list[Scenario]:
     return found
 
 
-def test_its_scenarios_pass(tmp_path: Path) -> None:
+def test_its_scenarios_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # an example writes a report
     found = scenarios(tmp_path)
     assert len(found) == 6
     for scenario in found:
