@@ -54,6 +54,29 @@ def test_the_text_can_be_replaced_and_is_not_markup(monkeypatch: pytest.MonkeyPa
     os.close(master)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="terminals are opened otherwise on Windows")
+def test_a_terminal_shows_how_many_parts_are_done(monkeypatch: pytest.MonkeyPatch, at_once: None) -> None:
+    master, slave = os.openpty()
+    with os.fdopen(slave, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        monkeypatch.setenv("TERM", "xterm")
+        shown = b""
+        with progress.counting("running", 7) as advance:
+            advance()
+            advance()
+            while b"2/7" not in shown:
+                shown += os.read(master, 1000)
+        terminal.flush()
+    os.close(master)
+    assert b"running" in shown
+
+
+def test_a_pipe_gets_no_bar(capsys: pytest.CaptureFixture[str], at_once: None) -> None:
+    with progress.counting("running", 7) as advance:
+        advance()
+    assert capsys.readouterr() == ("", "")
+
+
 def test_errors_inside_the_block_are_raised() -> None:
     with pytest.raises(ValueError, match="so it is"), progress.busy("loading it"):
         raise ValueError("so it is")

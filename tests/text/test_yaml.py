@@ -210,3 +210,19 @@ def test_limits_apply_to_the_loader_in_python_too() -> None:
     for text in ("[" * 101 + "a:{b: 1}", "{a:{b: &b [*b]}}"):
         with pytest.raises(YamlError, match=r"it is nested more than 100 levels deep|too many values"):
             load_yaml(text)
+
+
+@pytest.mark.parametrize("dialect", [PLAIN, TEXT])
+def test_repeated_keys_are_found_at_each_level(dialect: Dialect) -> None:
+    text = "a: {b: 1, c: 2, 'b': 3}\nd: [{e: 1, e: 2, e: 3}]\na: 4\n"
+    document = read_yaml(Source("a.yaml", text), dialect)
+    assert sorted((span.line, span.column) for span in document.repeated_keys()) == [
+        (1, 17), (2, 12), (2, 18), (3, 1),
+    ]  # fmt: skip
+
+
+def test_a_key_of_a_merged_mapping_may_be_replaced() -> None:
+    text = "base: &base {b: 1, c: 2}\nown: {<<: *base, b: 3}\nboth: [*base, *base]\n"
+    document = read_yaml(Source("a.yaml", text))
+    assert document.data["own"] == {"b": 3, "c": 2}
+    assert list(document.repeated_keys()) == []
