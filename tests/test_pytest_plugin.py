@@ -264,19 +264,24 @@ def test_an_html_report_has_all_runs_of_all_workers(project: pytest.Pytester, wo
 def test_trial(trial, speed):
     trial(steps=[Step(Command(speed))], expect=[Bound("max_speed", max=0.15)], duration=2)
 
-def test_without_a_run():
+@pytest.mark.kbot(world="romms")
+def test_without_a_world(sim):
+    pass
+
+def test_of_something_else():
     pass
 """
     )
     result = run(project, test, "--kbot-html", "report.html", *words)
-    result.assert_outcomes(passed=2, failed=2)
-    result.stdout.fnmatch_lines([f"*KBot: report with 3 runs in {project.path / 'report.html'}*"])
+    result.assert_outcomes(passed=2, failed=2, errors=1)
+    result.stdout.fnmatch_lines([f"*KBot: report with 4 runs in {project.path / 'report.html'}*"])
     page = (project.path / "report.html").read_text("utf-8")
     for text in (
         "test_it.py::test_straight",
         "test_it.py::test_trial[0.1]",
         "1.6 ± 0.01",
-        "2 of 3",
+        "3 of 4",
+        "unknown world",
     ):
         assert text in page
     assert page.count("data:image/webp") >= 2

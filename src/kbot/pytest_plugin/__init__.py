@@ -21,7 +21,7 @@ import pytest
 from kbot.pytest_plugin import runs
 from kbot.pytest_plugin.html import HtmlReport, attach
 from kbot.pytest_plugin.runs import Trial
-from kbot.pytest_plugin.scenario_files import ENDINGS, ScenarioFile
+from kbot.pytest_plugin.scenario_files import ENDINGS, ScenarioFile, ScenarioItem
 from kbot.pytest_plugin.settings import (
     MARKER,
     robot_file,
@@ -180,7 +180,16 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     if runs.RUN not in item.stash:
-        return (yield)
+        report = yield
+        if (
+            report.failed
+            and item.config.option.kbot_html
+            and runs.FAILED not in item.stash
+            and _runs_kbot(item)
+        ):
+            item.stash[runs.FAILED] = True
+            attach(report, item, runs.without_run(item, report))
+        return report
     lines = runs.cut_traceback(call)
     report = yield
     if report.failed:
@@ -195,3 +204,9 @@ def pytest_runtest_makereport(
     if report.failed or call.when == "teardown":
         del item.stash[runs.RUN]  # an item lives as long as the session
     return report
+
+
+def _runs_kbot(item: pytest.Item) -> bool:
+    return isinstance(item, ScenarioItem) or not {"sim", "trial"}.isdisjoint(
+        getattr(item, "fixturenames", ())
+    )

@@ -155,6 +155,13 @@ def describe(item: pytest.Item, report: pytest.TestReport) -> TrialResult:
     return result
 
 
+def without_run(item: pytest.Item, report: pytest.TestReport) -> TrialResult:
+    """The result of a test that failed before its run began, such as one whose robot does not load."""
+    from kbot.trials.results import TrialResult
+
+    return TrialResult(item.name, 0, error=_message(report))
+
+
 def _message(report: pytest.TestReport) -> str:
     """The first line about a failure."""
     crash = getattr(report.longrepr, "reprcrash", None)
