@@ -7,7 +7,9 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 import yaml
@@ -120,16 +122,20 @@ class Action:
         done = self.run("Install kbot", temp)
         assert done.returncode == 0, done.stdout + done.stderr
 
-    def run(self, name: str, folder: Path, **inputs: str) -> subprocess.CompletedProcess[str]:
-        """Run a step in a folder."""
+    def run(
+        self, name: str, folder: Path, github: Mapping[str, str] = MappingProxyType({}), **inputs: str
+    ) -> subprocess.CompletedProcess[str]:
+        """Run a step in a folder. `github` has values of GitHub's context, and variables in capitals."""
         assert set(inputs) <= set(self.inputs)
         values = {f"inputs.{key}": value for key, value in (self.inputs | inputs).items()}
+        values |= {f"github.{key}": value for key, value in github.items()}
         values["steps.python.outputs.python-path"] = sys.executable
         step = self.steps[name]
         variables = {
             key: re.sub(r"\$\{\{ *(\S+) *\}\}", lambda m: values[m[1]], str(value))
             for key, value in step["env"].items()
         }
+        variables |= {key: value for key, value in github.items() if key.isupper()}
         runner = {"RUNNER_TEMP": str(self._temp), "GITHUB_ACTION_PATH": str(self._published)}
         words = ("bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"])
         return run(*words, cwd=folder, **variables, **runner)
@@ -207,3 +213,53 @@ def test_the_action_refuses_a_bad_change_of_a_new_package_and_accepts_a_good_one
     robot = package / "urdf" / "my_robot.xacro"
     robot.write_text(robot.read_text("utf-8").replace("${500*length", "${700*length"), "utf-8")
     assert statuses() == {"Check": 0, "Test": 0, "Try": 0}, texts
+
+
+def test_the_action_posts_how_a_pull_request_changes_the_behaviour(tmp_path: Path, action: Action) -> None:
+    """`origin` is a repository on this machine, and a program that notes its arguments replaces `gh`."""
+    package, origin, programs = (tmp_path / name for name in ("my_robot", "origin", "programs"))
+    action.kbot("new", "my_robot", cwd=tmp_path)
+    git("init", "-q", "--bare", origin, cwd=tmp_path)
+    git("init", "-q", cwd=package)
+    git("remote", "add", "origin", origin, cwd=package)
+    git("add", "--all", cwd=package)
+    git("commit", "-q", "-m", "all", cwd=package)
+    git("push", "-q", "origin", "HEAD:main", cwd=package)
+    programs.mkdir()
+    (programs / "gh").write_text('#!/bin/sh\necho "$@" > gh.txt\ncat "$5" >> gh.txt\n')
+    (programs / "gh").chmod(0o755)
+    github = {
+        "base_ref": "main",
+        "event.pull_request.number": "7",
+        "repository": "me/my_robot",
+        "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
+        "GITHUB_STEP_SUMMARY": str(tmp_path / "summary.md"),
+    }
+    assert "github.base_ref != ''" in action.steps["Compare"]["if"]
+
+    drive = package / "urdf" / "drive.xacro"
+    drive.write_text("<!-- the plugin -->\n".join(drive.read_text("utf-8").split("\n", 1)), "utf-8")
+    done = action.run("Compare", package, github, compare=".", token="secret")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert not (package / "gh.txt").exists()
+
+    text = drive.read_text("utf-8").replace(
+        "<wheelSeparation>${separation}", "<wheelSeparation>${1.1*separation}"
+    )
+    drive.write_text(text, "utf-8")
+    line = text.partition("1.1*")[0].count("\n") + 1
+    done = action.run("Compare", package, github, compare="urdf/my_robot.xacro", token="secret")
+    assert done.returncode == 0, done.stdout + done.stderr
+    command, comment = (package / "gh.txt").read_text("utf-8").split("\n", 1)
+    assert command == "pr comment 7 --body-file kbot-results/compare.md"
+    assert f"urdf/drive.xacro:{line}:" in comment
+    assert comment in (tmp_path / "summary.md").read_text("utf-8")
+    assert "secret" not in done.stdout + done.stderr + comment
+
+    drive.write_text(text.replace("</robot>", ""), "utf-8")
+    assert action.run("Compare", package, github, compare=".").returncode == 2
+    done = action.run("Compare", package, github, compare="urdf/other.xacro")
+    assert (done.returncode, done.stdout) == (
+        0,
+        "urdf/other.xacro is not in main: there is nothing to compare\n",
+    )
