@@ -134,8 +134,7 @@ def test_the_facts_of_the_shipped_robot() -> None:
     assert facts.size == pytest.approx(0.16 + 2 * 0.007 + 0.005)
     # the rear corner of the plate, from the middle of the axle
     assert facts.reach == pytest.approx(math.hypot(0.02 + 0.08, 0.08))
-    assert facts.top_speed == pytest.approx(1.0)
-    assert facts.top_turn == pytest.approx(1.0 / 0.087)
+    assert facts.top_speeds == pytest.approx((1.0, 1.0, 1.0 / 0.087))
     # the caster is 0.06 m behind the middle of the plate, the axle 0.02 m before it
     share = 1.0 + facts.centre_of_mass[0] / 0.08
     assert facts.traction_slope == pytest.approx(share / (1.0 + facts.centre_height / 0.08))

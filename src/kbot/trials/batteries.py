@@ -59,7 +59,7 @@ def cruising_speed(facts: RobotFacts) -> float:
     """
     limits = facts.settings.limits
     return min(
-        facts.top_speed / 2.0,
+        facts.top_speeds[0] / 2.0,
         math.sqrt(limits.linear_acceleration * facts.size),
         math.sqrt(GRAVITY * facts.drive.radius),
     )
@@ -74,7 +74,7 @@ def turning_speed(facts: RobotFacts) -> float:
     """
     limits = facts.settings.limits
     return min(
-        facts.top_turn / 2.0,
+        facts.top_speeds[2] / 2.0,
         2.0 * cruising_speed(facts) / facts.drive.separation,
         math.sqrt(math.pi / 4.0 * limits.angular_acceleration),
         1.0 if facts.slips else math.inf,
@@ -227,26 +227,40 @@ def step(facts: RobotFacts) -> Scenario:
 
 
 def emergency_stop(facts: RobotFacts) -> Scenario:
-    """Stop from the top speed, then from the top turning speed.
+    """Stop from the top speed: forwards, backwards, sideways, and turning.
 
-    The command is 1.5 times the declared speed, until half a second after the robot has its speed.
-    Without a declared top speed the command is 2 v, and without a declared turning speed 2 w. Bases that turn
-    by slipping, and those that cannot turn on the spot, only drive straight. A run-up takes 10 s at most.
+    Each command is 1.5 times the declared top speed, until half a second after the robot has its speed, at
+    most 10 s. Without a declared top speed it is 2 v, and without a declared turning speed 2 w. Only bases
+    that drive sideways do so. Bases that cannot turn on the spot do not turn, nor do those that slip in turns
+    unless they declare a turning speed.
 
     The robot ends where its declared limits lead within 3 % of the path, tilts by at most 10 degrees, and is
     at rest 0.5 s after its controller commands rest.
     """
     motion = CommandedMotion(facts)
     limits = facts.settings.limits
-    speed = 1.5 * facts.top_speed if math.isfinite(facts.top_speed) else 2.0 * cruising_speed(facts)
-    motion.drive(speed, 0.0, min(10.0, speed / limits.linear_acceleration + 0.5))
-    motion.stop()
-    motion.wait(REST)
-    if facts.turns_in_place and not facts.slips:
-        turn = 1.5 * facts.top_turn if math.isfinite(facts.top_turn) else 2.0 * turning_speed(facts)
-        motion.drive(0.0, turn, min(10.0, turn / limits.angular_acceleration + 0.5))
+    linear, lateral, angular = facts.top_speeds
+    speed, seconds = _beyond(linear, cruising_speed(facts), limits.linear_acceleration)
+    for direction in (1.0, -1.0):
+        motion.drive(direction * speed, 0.0, seconds)
+        motion.stop()
+        motion.wait(REST)
+    if facts.drives_sideways:
+        speed, seconds = _beyond(lateral, cruising_speed(facts), limits.lateral_acceleration)
+        motion.drive(0.0, 0.0, seconds, speed)
+        motion.stop()
+        motion.wait(REST)
+    if facts.turns_in_place and (math.isfinite(angular) or not facts.slips):
+        rate, seconds = _beyond(angular, turning_speed(facts), limits.angular_acceleration)
+        motion.drive(0.0, rate, seconds)
         motion.stop()
     return _commanded("emergency_stop", facts, motion, Bound("max_tilt", max=math.radians(10.0)))
+
+
+def _beyond(top: float, usual: float, acceleration: float) -> tuple[float, float]:
+    """A command beyond the top speed, and how long it takes to reach it."""
+    speed = 1.5 * top if math.isfinite(top) else 2.0 * usual
+    return speed, min(10.0, speed / acceleration + REST)
 
 
 def push(facts: RobotFacts) -> Scenario:
@@ -442,7 +456,7 @@ def _commanded(name: str, facts: RobotFacts, motion: CommandedMotion, *more: Exp
 def _arc(motion: CommandedMotion, facts: RobotFacts, angle: float) -> None:
     """Drive an arc by an angle in rad, to the left if it is positive."""
     speed, radius = cruising_speed(facts), max(1.5 * facts.size, 1.2 * facts.smallest_radius)
-    seconds = motion.whole_ticks(abs(angle) / min(speed / radius, facts.top_turn / 2.0))
+    seconds = motion.whole_ticks(abs(angle) / min(speed / radius, facts.top_speeds[2] / 2.0))
     rate = abs(angle) / seconds
     motion.drive(rate * radius, math.copysign(rate, angle), seconds)
 
@@ -462,7 +476,7 @@ def _push(facts: RobotFacts, force: Vector, seconds: float, height: float) -> Pu
 def _to_goal(name: str, facts: RobotFacts, goal: Goal, world: str, way: float) -> Scenario:
     if facts.why_no_goals:
         raise NotApplicable(f"'{name}' does not apply: robot '{facts.robot.name}' {facts.why_no_goals}")
-    seconds = math.ceil(2.0 * way / min(NAVIGATION_SPEED, facts.top_speed)) + 10.0
+    seconds = math.ceil(2.0 * way / min(NAVIGATION_SPEED, facts.top_speeds[0])) + 10.0
     return Scenario(
         name,
         seconds,

@@ -22,7 +22,7 @@ from kbot.navigation.footprint import corners_of_shapes, height, outline, turnin
 from kbot.navigation.simulated import why_no_goals
 from kbot.sim.drive.drive_controller import twist_controller
 from kbot.sim.drive.settings import DriveSettings
-from kbot.sim.drive.twist_controller import TwistController
+from kbot.sim.drive.twist_controller import Twist, TwistController
 from kbot.sim.naming import Naming
 from kbot.sim.numbers import Vector
 from kbot.sim.preparation import prepare
@@ -102,14 +102,9 @@ class RobotFacts:
         return twist_controller(self.robot, self.drive, self.settings, SLEW_PERIOD)
 
     @property
-    def top_speed(self) -> float:
-        """The declared highest speed, infinite without one."""
-        return self.twist_controller().fastest[0]
-
-    @property
-    def top_turn(self) -> float:
-        """The declared highest turning speed, infinite without one."""
-        return self.twist_controller().fastest[2]
+    def top_speeds(self) -> Twist:
+        """The declared highest speeds forwards, sideways and of turns, infinite without a declared one."""
+        return self.twist_controller().fastest
 
     @property
     def why_no_goals(self) -> str:
