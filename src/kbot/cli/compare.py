@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 @click.command(
     "compare",
     epilog=examples(
-        ("kbot compare before.xacro after.xacro", "two files"),
-        ("kbot compare main:urdf/robot.xacro urdf/robot.xacro", "a file with its version in git"),
-        ("kbot compare HEAD~1: .", "a package with its version before the last commit"),
-        ("kbot compare monday.mcap friday.mcap", "two recordings"),
+        ("kbot compare old.xacro new.xacro", "two files"),
+        ("kbot compare HEAD~1: .", "a package before its last commit"),
+        ("kbot compare old.mcap new.mcap", "two recordings"),
+        "kbot compare main:urdf/robot.xacro urdf/robot.xacro",
         "kbot compare main: . --scenario drive.scenario.yaml --markdown change.md",
     ),
 )
