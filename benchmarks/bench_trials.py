@@ -148,7 +148,8 @@ def run_pool(tasks: list[Task]) -> list[TrialResult]:
 
 def run_independent() -> None:
     words = [sys.executable, __file__, "--alone"]
-    for process in [subprocess.Popen(words) for _ in range(PROCESSES)]:
+    # in sessions of their own, as the processes of the pool: Linux divides a busy machine between sessions
+    for process in [subprocess.Popen(words, start_new_session=True) for _ in range(PROCESSES)]:
         process.wait()
 
 
