@@ -48,6 +48,7 @@ _FAMILIES = {
     "C": "Sensors and frames",
     "L": "Launch files",
     "W": "Worlds and simulation",
+    "T": "Scenario files of `kbot try`",
     "K": "The checker itself",
 }
 
