@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import psutil
 import pytest
 
 from kbot.model.load import read_urdf_text
-from kbot.text import DescriptionError, Span
+from kbot.text import DescriptionError, KbotError, Span
 from kbot.worker import LimitExceeded, Worker
 from kbot.world.sdf.reach import Reach
 
@@ -142,3 +143,40 @@ def test_it_ends_when_its_caller_is_killed(tmp_path: Path, work: str) -> None:
         program.kill()
         program.communicate()
     process.wait(60)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a shell")
+def test_what_other_programs_print_and_read_is_not_part_of_the_answers(worker: Worker) -> None:
+    assert worker.call(os.system, "echo an answer; cat") == 0
+    assert worker.call(os.write, 1, b"an answer\n") == 10
+    assert worker.call(os.read, 0, 8) == b""
+    assert worker.call(math.sqrt, 4.0) == 2.0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_copy_of_the_process_does_not_answer(worker: Worker) -> None:
+    assert worker.call(os.fork) > 0
+    assert worker.call(math.sqrt, 4.0) == 2.0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs process groups")
+def test_processes_that_it_started_end_with_it(worker: Worker) -> None:
+    text = "__import__('subprocess').Popen([__import__('sys').executable, '-c', 'input()'], stdin=-1).pid"
+    pid = worker.call(eval, text)
+    worker.end()
+    with suppress(psutil.NoSuchProcess):
+        psutil.Process(pid).wait(10.0)
+    assert not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+
+
+def test_a_process_that_only_closes_its_answers_is_ended(worker: Worker) -> None:
+    text = "import os, time\nos.closerange(0, 200)\ntime.sleep(60)"
+    with pytest.raises(LimitExceeded, match="ended its process, with status"):
+        worker.call(exec, text)
+    assert worker.call(math.sqrt, 4.0) == 2.0
+
+
+def test_an_error_that_cannot_be_copied_keeps_its_kind(worker: Worker) -> None:
+    text = "from kbot.sim.script_errors import ScriptError\nraise ScriptError('drive.py', 3, 'no drive')"
+    with pytest.raises(KbotError, match=r"^drive\.py:3: no drive$"):
+        worker.call(exec, text)

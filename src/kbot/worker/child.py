@@ -42,8 +42,11 @@ class Request:
 
 def main() -> None:
     """Answer requests until stdin ends, also if the work at that time never does."""
-    requests, answers = sys.stdin.buffer, sys.stdout.buffer
-    sys.stdout = sys.stderr  # what a library prints is not an answer
+    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    # what libraries and other processes print is not an answer, and what they read is not a request
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
     waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.stack_size(STACK_BYTES)
     threading.Thread(target=_work, args=(waiting, answers), daemon=True).start()
@@ -59,9 +62,13 @@ def _read(stream: IO[bytes]) -> bytes:
 
 
 def _work(waiting: queue.SimpleQueue[bytes], answers: IO[bytes]) -> None:
+    own = os.getpid()
     with recursion_limit(MOST_CALLS):
         while True:
-            answers.write(_answer(waiting.get()))
+            answer = _answer(waiting.get())
+            if os.getpid() != own:  # the work forked, and this is the copy: it would answer twice
+                os._exit(0)
+            answers.write(answer)
             answers.flush()
 
 
@@ -87,4 +94,6 @@ def _failure(error: BaseException) -> bytes:
             data = pickle.dumps((None, error), pickle.HIGHEST_PROTOCOL)
             pickle.loads(data)
             return data
+    if isinstance(error, KbotError):
+        return pickle.dumps((None, KbotError(str(error))))
     return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))

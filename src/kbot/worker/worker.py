@@ -7,6 +7,7 @@ import json
 import os
 import pickle
 import queue
+import signal
 import subprocess
 import sys
 import threading
@@ -29,6 +30,8 @@ CLOCK = 10
 """By the clock, a call may take this many times its processor time: the machine may be busy."""
 LOOK_SECONDS = 0.05
 """Seconds between two looks at the process. In that time it may take about 100 MB more."""
+CLOSING_SECONDS = 5.0
+"""A process that ends closes its pipes a moment before."""
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.worker.child import main; main()"
 """Modules are found as in this process, and never in the working directory, which may be a stranger's."""
 
@@ -113,7 +116,7 @@ class Worker:
             with suppress(queue.Empty):
                 answer = answers.get(timeout=LOOK_SECONDS)
                 if answer is None:
-                    raise LimitExceeded(f"ended its process, with status {process.wait()}")
+                    raise LimitExceeded(f"ended its process, with status {_status(process)}")
                 return answer
             with suppress(psutil.NoSuchProcess):
                 if _processor_seconds(observed) - used_before > limits.seconds:
@@ -132,12 +135,29 @@ class Worker:
         process, self._process = self._process, None
         atexit.unregister(self.end)
         if process is not None:
-            process.kill()
+            _kill(process)
             process.wait()
             for stream in (process.stdin, process.stdout):
                 if stream is not None:
                     with suppress(OSError):  # what was not sent yet
                         stream.close()
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process with all that it started. They would keep the pipe of the answers open."""
+    if sys.platform == "win32":
+        process.kill()
+    else:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)  # it leads its own session
+
+
+def _status(process: subprocess.Popen[bytes]) -> int:
+    """The exit status of a process that closed the pipe of the answers. It may still run."""
+    with suppress(subprocess.TimeoutExpired):
+        return process.wait(CLOSING_SECONDS)
+    _kill(process)
+    return process.wait()
 
 
 def _processor_seconds(process: psutil.Process) -> float:
