@@ -18,6 +18,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 import kbot.cli.view
+from kbot.cli import main
 from kbot.cli.try_command import command as try_command
 from kbot.text import KbotError
 from kbot.trials.batteries import BATTERIES
@@ -264,3 +265,49 @@ def test_batteries_that_a_robot_cannot_run_are_noted(shared: Path) -> None:
     assert "maze" not in result.stdout.split()
     assert "circle" in result.stdout.split()
     assert "'maze' does not apply: robot 'carlikebot_robot' steers" in result.stderr
+
+
+def test_results_are_printed_if_a_report_cannot_be_written(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(path: str, text: str) -> None:
+        raise OSError(28, "No space left on device", path)
+
+    monkeypatch.setattr("kbot.cli.try_command.write_text", write)
+    result = run("drive.scenario.yaml", "--json", "--junit", "junit.xml")
+    assert result.return_value == 2
+    assert json.loads(result.stdout)["passed"] == 1
+    assert "junit.xml: No space left on device" in result.stderr
+
+
+def test_results_are_printed_if_recordings_cannot_be_written(folder: Path) -> None:
+    (folder / "fast.scenario.yaml").write_text(TOO_FAST)
+    (folder / ".kbot").touch()
+    result = run("fast.scenario.yaml", "--json")
+    assert result.return_value == 1
+    assert json.loads(result.stdout)["failed"] == 1
+    assert "failed trials are not recorded: .kbot" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (["--keep", "drive.scenario.yaml"], "--keep takes a folder, and drive.scenario.yaml is a file"),
+        (["--junit", "."], "cannot write .: it is a folder"),
+    ],
+)
+def test_unusable_outputs_are_reported_before_the_trials(words: list[str], error: str) -> None:
+    with pytest.raises(KbotError) as refused:
+        run("drive.scenario.yaml", *words)
+    assert str(refused.value) == error
+
+
+def test_ctrl_c_before_the_trials_prints_an_object(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("kbot.cli.try_command._select", interrupted)
+    assert main.run(["try", "drive.scenario.yaml", "--json"]) == 130
+    assert json.loads(capsys.readouterr().out) == {"schema": 1, "passed": 0, "failed": 0, "scenarios": []}

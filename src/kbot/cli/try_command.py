@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -61,10 +61,12 @@ class _Reports:
     csv: str | None
 
     def require_writable(self) -> None:
-        """End the program if a folder is missing: the trials may take long."""
+        """End the program if a file cannot be written: the trials may take long."""
         for path in filter(None, (self.junit, self.html, self.csv)):
             if not Path(path).parent.is_dir():
                 fail(f"cannot write {path}: the folder {Path(path).parent} does not exist")
+            if Path(path).is_dir():
+                fail(f"cannot write {path}: it is a folder")
 
 
 @click.command(
@@ -160,7 +162,7 @@ def command(
         return PASSED
     try:
         return _try(words, choice, running, reports, only_list=only_list)
-    except Exception:
+    except (Exception, KeyboardInterrupt):  # Ctrl-C between two trials
         if reports.as_json:
             from kbot.trials.results import to_json
 
@@ -179,6 +181,8 @@ def _try(
     if reports.csv is not None and not choice.battery:
         fail("--csv writes a row for each robot. Name the robots, and their scenarios with --battery")
     reports.require_writable()
+    if running.keep is not None and Path(running.keep).exists() and not Path(running.keep).is_dir():
+        fail(f"--keep takes a folder, and {running.keep} is a file")
     from kbot.trials.pool import Pool  # imported lazily, so that -h stays fast
 
     begun, clock = datetime.now().astimezone(), time.monotonic()
@@ -198,10 +202,10 @@ def _try(
     if nothing_ran and not selection.errors:
         for error in selection.robot_errors or _reasons(selection.tasks):
             report_error(error)
-    _report(done, reports, begun, time.monotonic() - clock, with_table=not nothing_ran)
+    is_written = _report(done, reports, begun, time.monotonic() - clock, with_table=not nothing_ran)
     if pool.interrupted:
         return INTERRUPTED
-    if selection.errors or nothing_ran:
+    if selection.errors or nothing_ran or not is_written:
         return UNUSABLE
     return PASSED if all(result.passed for _, result in done) else FAILED
 
@@ -241,16 +245,19 @@ def _run(
     ran, found = [task for task, _ in done], [result for _, result in done]
     folder = None if running.keep is None else Path(running.keep)
     with counting("recording failed trials", sum(not result.passed for result in found)) as advance:
-        recorded = record_failures(
-            pool,
-            ran,
-            found,
-            folder,
-            lambda index, result: advance(),
-            running.limit_time,
-            with_film=with_film,
-        )
-    return list(zip(ran, recorded, strict=True))
+        try:
+            found = record_failures(
+                pool,
+                ran,
+                found,
+                folder,
+                lambda index, result: advance(),
+                running.limit_time,
+                with_film=with_film,
+            )
+        except OSError as error:
+            print_note(f"failed trials are not recorded: {error.filename}: {error.strerror}")
+    return list(zip(ran, found, strict=True))
 
 
 def _report(
@@ -260,7 +267,11 @@ def _report(
     seconds: float,
     *,
     with_table: bool,
-) -> None:
+) -> bool:
+    """Print the results and write the files. Returns whether all files could be written."""
+    from kbot.trials.reports.grades import grades
+    from kbot.trials.reports.html import write_html
+    from kbot.trials.reports.junit import junit
     from kbot.trials.reports.table import summary, table
     from kbot.trials.results import to_json
 
@@ -269,25 +280,25 @@ def _report(
         replace(result, name=f"{task.robot}: {result.name}") if names_robots else result
         for task, result in done
     ]
-    if reports.junit is not None:
-        from kbot.trials.reports.junit import junit
-
-        write_text(reports.junit, junit(results, begun))
-    if reports.csv is not None:
-        from kbot.trials.reports.grades import grades
-
-        write_text(reports.csv, grades((task.robot, result) for task, result in done))
-    if reports.html is not None:
-        from kbot.trials.reports.html import write_html
-
-        write_html(reports.html, results)
+    outputs: tuple[tuple[str | None, Callable[[str], object]], ...] = (
+        (reports.junit, lambda path: write_text(path, junit(results, begun))),
+        (reports.csv, lambda path: write_text(path, grades((task.robot, result) for task, result in done))),
+        (reports.html, lambda path: write_html(path, results)),
+    )
+    is_written = True
+    for path, write in outputs:
+        try:
+            if path is not None:
+                write(path)
+        except (KbotError, OSError) as error:  # the other outputs still have the results
+            report_error(error)
+            is_written = False
     if reports.as_json:
         print_json(to_json(results))
-        return
-    if not with_table:
-        return
-    color = has_color(sys.stdout)
-    click.echo(table(results, color=color) + summary(results, seconds, color=color))
+    elif with_table:
+        color = has_color(sys.stdout)
+        click.echo(table(results, color=color) + summary(results, seconds, color=color))
+    return is_written
 
 
 def _list(tasks: Sequence[Task]) -> None:

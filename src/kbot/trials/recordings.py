@@ -13,6 +13,9 @@ from kbot.trials.results import TrialResult
 
 DEFAULT_FOLDER = Path(".kbot") / "trials"
 
+_LONGEST_NAME = 100
+"""Characters of a scenario's name in that of a file, which may have 255 bytes."""
+
 
 def record_failures(
     pool: Pool,
@@ -61,7 +64,8 @@ def _file_names(tasks: Sequence[Task]) -> list[str]:
     names: list[str] = []
     for task in tasks:
         robot = f"{task.robot}-" if len({each.robot for each in tasks}) > 1 else ""
-        name = re.sub(r"[^\w.-]+", "_", f"{robot}{task.scenario.name}-seed{task.seed}").strip("._")
+        title = re.sub(r"[^\w.-]+", "_", f"{robot}{task.scenario.name}")[:_LONGEST_NAME]
+        name = f"{title}-seed{task.seed}".strip("._")
         same = sum(other == name or other.startswith(f"{name}~") for other in names)
         names.append(f"{name}~{same + 1}" if same else name)
     return [f"{name}.mcap" for name in names]
