@@ -17,7 +17,7 @@ from kbot.model.load import Loaded, load_robot, resolve_robot_path
 from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
 from kbot.xacro import Packages
-from kbot.xacro.assignments import resolve_names
+from kbot.xacro.assignments import require_overridden, resolve_names
 
 Value = str | bool | int | float
 
@@ -118,6 +118,7 @@ def load(
         warnings.warn(text, DescriptionWarning, stacklevel=2)
     loaded = load_robot(path, given.arguments, {**given.properties, **overrides}, places)
     robot = Robot.of(loaded)
+    require_overridden(overrides, loaded.expansion)
     for diagnostic in (*loaded.diagnostics, *first_look(loaded, SIZES)):
         warnings.warn(str(diagnostic), DescriptionWarning, stacklevel=2)
     return robot

@@ -55,8 +55,13 @@ def test_results_are_in_order_and_equal_to_those_of_this_process() -> None:
             "def drive(sim):\n    sim.run(1)\n    1 / 0\n",
             r"script\.py:3: ZeroDivisionError: division by zero",
         ),
+        (
+            "def drive(sim):\n    raise KeyboardInterrupt\n",
+            r"script\.py:2: KeyboardInterrupt",
+        ),
+        ("def drive(sim):\n    raise ValueError('x' * 100_000)\n", r"ValueError: x{1900,2000}…$"),
     ],
-    ids=["endless", "in C", "exit", "error"],
+    ids=["endless", "in C", "exit", "error", "interrupt", "long error"],
 )
 def test_a_script_that_fails_is_one_line_and_the_others_continue(
     tmp_path: Path, text: str, reason: str

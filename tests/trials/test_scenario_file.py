@@ -216,6 +216,11 @@ def test_documents_are_named_by_the_file_and_have_its_lines() -> None:
         ("world: maze:sise=3", "3:8 T104 world 'maze' has no parameter 'sise': did you mean 'size'?"),
         ("programs: [gone.py]", "3:12 T104 there is no file gone.py"),
         ("steps: [command: {linear: 1", "5:1 T101 "),
+        ("until: {x: {min: 5, max: 1}}", "3:18 T104 the condition can never hold: min 5 is above max 1"),
+        ("start: {x: 1.0e+300}", "3:8 T104 start must be three finite numbers from -1e+06 to 1e+06"),
+        ("steps: [{script: robots}]", "3:18 T104 robots is not a file"),
+        ("programs: [robots]", "3:12 T104 robots is not a file"),
+        ("robot: " + 3000 * "x", "3:8 T104 there is no file xxx"),
     ],
 )  # fmt: skip
 def test_an_error_has_its_place(line: str, error: str) -> None:
@@ -248,6 +253,18 @@ def test_all_errors_of_a_file_are_reported_in_order() -> None:
 def test_a_file_that_is_not_a_scenario_is_one_error(text: str, error: str) -> None:
     (found,) = errors(text)
     assert found.startswith(error)
+
+
+def test_a_file_that_cannot_be_read_counts_as_a_scenario(tmp_path: Path) -> None:
+    (tmp_path / "own.scenario.yaml").write_bytes(b"robot: \xff")
+    found, unusable, (error,) = yaml_scenarios(str(tmp_path / "own.scenario.yaml"))
+    assert (found, unusable) == ([], ["own"])
+    assert "is not UTF-8 text" in error.message
+
+
+def test_a_trial_lasts_at_most_a_day() -> None:
+    with pytest.raises(KbotError, match="at most 86400"):
+        Scenario("long", 86401.0)
 
 
 def test_a_folder_is_searched_for_scenario_files(folder: Path) -> None:

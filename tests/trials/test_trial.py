@@ -204,3 +204,16 @@ def test_sensors_that_nothing_reads_do_not_change_a_run_and_scripts_read_them() 
 
     run_trial(Scenario("script", 1.0, [Step(RunScript(read))], robot=with_lidar, world="rooms"))
     assert readings[0] is not None
+
+
+def test_a_property_that_the_robot_does_not_have_is_an_error() -> None:
+    result = run_trial(Scenario("own", 0.1, robot=RobotSource("kbot", properties={"base_mas": "1"})))
+    assert "there is no top-level property 'base_mas'" in result.error
+    assert "base_mass (property)" in result.error
+
+
+def test_a_part_that_the_robot_does_not_have_is_named_with_the_known_ones() -> None:
+    result = run_trial(Scenario("own", 0.1, expect=[Bound("support/caster", 0.0)], robot=RobotSource("kbot")))
+    assert result.reason is not None
+    assert result.reason.startswith("support/caster has no value (")
+    assert "caster_wheel" in result.reason

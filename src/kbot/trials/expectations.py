@@ -14,7 +14,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from kbot.text import KbotError
-from kbot.trials.measures import find_measure
+from kbot.text.suggest import suggest_or_list
+from kbot.trials.measures import FAMILIES, find_measure
 from kbot.trials.results import MeasureResult
 from kbot.trials.trace import Trace
 
@@ -53,6 +54,9 @@ class Bound:
     def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
         measure = find_measure(self.measure)
         detail = ", ".join(trace.touched) if self.measure == "contacts" else ""
+        family, _, part = self.measure.partition("/")
+        if part and family in FAMILIES and part not in (known := FAMILIES[family].parts(trace)):
+            detail = suggest_or_list(part, known)
         value = measure.compute(trace)
         return (MeasureResult(measure.name, value, measure.unit, self.min, self.max, detail),)
 

@@ -19,6 +19,8 @@ from kbot.xacro import Packages
 
 ROBOT_SUFFIXES = (".xacro", ".urdf", ".xml")
 _PACKAGE = "package://"
+_LONGEST_SHOWN = 300
+"""Characters of a path that an error names."""
 
 
 def find_file(name: str, folder: Path) -> str:
@@ -28,11 +30,30 @@ def find_file(name: str, folder: Path) -> str:
         path = Path(Packages().beside(str(folder / "scenario")).find(package)) / rest
     else:
         path = folder / name
-    if not path.exists():
-        known = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
-        near = did_you_mean(path.name, known)
-        raise KbotError(f"there is no file {path}" + (f" ({near})" if near else ""))
+    if not os.path.exists(path):  # noqa: PTH110 - unlike that of Path, also for a name that is too long
+        raise KbotError(f"there is no file {_shortened(str(path))}{_near(path)}")
     return str(path)
+
+
+def find_regular_file(name: str, folder: Path) -> str:
+    """As `find_file`, but not a folder, a device or a pipe."""
+    path = find_file(name, folder)
+    if not Path(path).is_file():
+        raise KbotError(f"{path} is not a file")
+    return path
+
+
+def _near(path: Path) -> str:
+    """A hint to a file with a similar name."""
+    try:
+        near = did_you_mean(path.name, [each.name for each in path.parent.iterdir()])
+    except (OSError, ValueError):  # there is no such folder, or it is not readable
+        return ""
+    return f" ({near})" if near else ""
+
+
+def _shortened(name: str) -> str:
+    return name if len(name) <= _LONGEST_SHOWN else f"{name[:_LONGEST_SHOWN]}…"
 
 
 def find_robot(name: str, folder: Path) -> str:
@@ -54,7 +75,7 @@ def find_world(name: str, folder: Path) -> str:
         KbotError: there is no such file or world, or the world has no such parameter.
     """
     if Path(name).suffix.lower() in (*SDF_SUFFIXES, *MAP_SUFFIXES):
-        return str(folder / name) if "{seed}" in name else find_file(name, folder)
+        return str(folder / name) if "{seed}" in name else find_regular_file(name, folder)
     parameters(name.replace("{seed}", "0"))
     return name
 
@@ -77,14 +98,14 @@ def placed(scenario: Scenario, folder: Path) -> Scenario:
     """A scenario of a Python file in `folder`, with the paths of the files that it names."""
 
     def program(each: Program) -> Program:
-        return replace(each, file=find_file(each.file, folder))
+        return replace(each, file=find_regular_file(each.file, folder))
 
     return replace(
         scenario,
         robot=_placed_robot(scenario.robot, folder),
         world=find_world(scenario.world, folder),
         steps=tuple(
-            replace(step, action=RunScript(find_file(step.action.script, folder)))
+            replace(step, action=RunScript(find_regular_file(step.action.script, folder)))
             if isinstance(step.action, RunScript) and isinstance(step.action.script, str)
             else step
             for step in scenario.steps

@@ -24,7 +24,7 @@ from kbot.trials.films import run_filmed
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource, Scenario
-from kbot.trials.trial import first_error, load_source, run_trial
+from kbot.trials.trial import first_error, load_source, one_line, run_trial
 from kbot.trials.watchdog import watchdog
 from kbot.worker import LimitExceeded, Worker, WorkerLimits
 
@@ -201,11 +201,12 @@ def run_task(item: tuple[Task, float]) -> TrialResult:
             return _run(task)
     except KbotError as error:
         return TrialResult(task.scenario.name, task.seed, error=first_error(error))
-    except Exception as error:  # raised by a function of a scenario in Python
-        if not task.python_file:
+    except (Exception, KeyboardInterrupt) as error:  # of the user's program: Ctrl-C does not arrive here
+        programs = _programs(task)
+        if not programs:
             raise
-        explained = Explanations(UserCode(task.python_file)).explained(error, 0.0)
-        return TrialResult(task.scenario.name, task.seed, error=str(explained).split("\n")[0])
+        explained = Explanations(programs[0]).explained(error, 0.0)
+        return TrialResult(task.scenario.name, task.seed, error=one_line(str(explained).partition("\n")[0]))
 
 
 def _run(task: Task) -> TrialResult:
@@ -267,4 +268,4 @@ def sentence(error: Exception | None, what: str) -> str:
         return f"{what} {error}"
     if isinstance(error, KbotError):
         return first_error(error)
-    return f"{type(error).__name__}: {' '.join(str(error).split())}".removesuffix(": ")
+    return f"{what}: {type(error).__name__}: {one_line(str(error))}".removesuffix(": ")

@@ -7,12 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.sim.numbers import LONGEST, positive
+from kbot.sim.numbers import FURTHEST, LONGEST, positive, vector
 from kbot.text import KbotError
 from kbot.trials.actions import Action
 from kbot.trials.expectations import Expectation
 from kbot.trials.quantities import require_quantity
 
+LONGEST_TRIAL = 86_400.0
+"""Seconds of one trial: a day. Its trace has four million samples."""
 MOST_SEEDS = 10_000
 """Seeds of one scenario."""
 
@@ -43,6 +45,10 @@ class Range:
 
     min: float = -math.inf
     max: float = math.inf
+
+    def __post_init__(self) -> None:
+        if self.min > self.max:
+            raise KbotError(f"the condition can never hold: min {self.min:g} is above max {self.max:g}")
 
 
 Condition = Mapping[str, Range]
@@ -117,7 +123,7 @@ class Scenario:
     programs: Sequence[Program] = ()
 
     def __post_init__(self) -> None:
-        positive("the duration in seconds", self.duration, LONGEST)
+        positive("the duration in seconds", self.duration, LONGEST_TRIAL)
         if not self.seeds or len(self.seeds) > MOST_SEEDS:
             raise KbotError(f"a scenario needs 1 to {MOST_SEEDS} seeds, not {len(self.seeds)}")
         late = [step for step in self.steps if step.at > self.duration]
@@ -125,6 +131,8 @@ class Scenario:
             raise KbotError(
                 f"a step at {late[0].at:g} s is after the end of the scenario at {self.duration:g} s"
             )
+        if self.start is not None:
+            vector("start", (self.start.x, self.start.y, self.start.yaw), FURTHEST)
         _require_quantities(self.until)
 
 

@@ -77,17 +77,16 @@ def python_scenarios(path: str) -> list[FoundScenario]:
 
 
 def yaml_scenarios(path: str) -> tuple[list[Scenario], list[str], list[Diagnostic]]:
-    """The scenarios of a YAML file, the names of those that have errors, and all errors.
-
-    Raises:
-        DescriptionError: the file cannot be read.
-    """
-    source = read_source(path)
+    """The scenarios of a YAML file, the names of those that have errors, and all errors."""
+    default = _name_of(path)
+    try:
+        source = read_source(path)
+    except DescriptionError as error:
+        return [], [default], list(error.diagnostics)
     errors = DiagnosticCollector()
     found: list[Scenario] = []
     unusable: list[str] = []
     documents = _documents(source)
-    default = _name_of(path)
     for number, document in enumerate(documents, 1):
         name = default if len(documents) == 1 else f"{default}-{number}"
         scenario = _read(document, name, errors)

@@ -32,7 +32,7 @@ from kbot.trials.formats import (
     summary_of,
 )
 from kbot.trials.measures import FAMILIES, measures
-from kbot.trials.places import find_file, find_robot, find_world
+from kbot.trials.places import find_file, find_regular_file, find_robot, find_world
 from kbot.trials.quantities import QUANTITIES
 from kbot.trials.scenario import Program, Range, RobotSource, Scenario, Step
 
@@ -213,7 +213,9 @@ def scenario_format() -> Record:
     robot = record(
         RobotSource, {"file": FileName(find_robot), "packages": ListOf(FileName(find_file))}, short="file"
     )
-    program = record(Program, {"file": FileName(find_file), "arguments": ListOf(AsWritten())}, short="file")
+    program = record(
+        Program, {"file": FileName(find_regular_file), "arguments": ListOf(AsWritten())}, short="file"
+    )
     times = record(Step, {"when": _condition()}, without=["action", "place"])
     expectation = ExpectationFormat({name: record(kind) for name, kind in EXPECTATIONS.items()}, _bounds())
     found = record(
@@ -246,7 +248,7 @@ def _bounds() -> Record:
 def action_formats() -> dict[str, Format]:
     """The formats of the actions by their names."""
     formats: dict[str, Format] = {name: record(kind) for name, kind in ACTIONS.items()}
-    script = Entry(FileName(find_file), summary_of(actions.RunScript))
+    script = Entry(FileName(find_regular_file), summary_of(actions.RunScript))
     formats["script"] = Record(actions.RunScript, {"script": script}, script.description, "script")
     kinds = {name: record(kind) for name, kind in FAULTS.items()}
     formats["fault"] = FaultFormat(kinds, record(actions.InjectFault, {"fault": Text()}).entries["duration"])

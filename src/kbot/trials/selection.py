@@ -213,11 +213,7 @@ def _read(pool: Pool, files: Sequence[str], chosen: Selection) -> list[FoundScen
         if file in outcomes:
             found += _python(file, outcomes[file], chosen)
             continue
-        try:
-            scenarios, unusable, errors = yaml_scenarios(file)
-        except DescriptionError as error:
-            chosen.errors.append(error)
-            continue
+        scenarios, unusable, errors = yaml_scenarios(file)
         found += [FoundScenario(each, file) for each in scenarios]
         if errors:
             chosen.errors.append(DescriptionError(errors))

@@ -40,9 +40,12 @@ from kbot.trials.scenario import RobotSource, Scenario, Step, holds
 from kbot.trials.surroundings import concerned_lines, surroundings
 from kbot.trials.trace import RATE, Event, Sampler
 from kbot.xacro import Packages
-from kbot.xacro.assignments import resolve_names
+from kbot.xacro.assignments import require_overridden, resolve_names
 
 ScriptSource = str | Callable[[Simulation], object]
+
+_LONGEST_LINE = 2000
+"""Characters of an error in one line."""
 
 
 def load_source(source: RobotSource) -> RobotModel:
@@ -51,7 +54,10 @@ def load_source(source: RobotSource) -> RobotModel:
     path = resolve_robot_path(source.file)
     given = resolve_names(path, source.arguments, packages, source.properties).require()
     properties = {**given.properties, **source.properties}
-    return load_robot(source.file, given.arguments, properties, packages).require()
+    loaded = load_robot(source.file, given.arguments, properties, packages)
+    robot = loaded.require()
+    require_overridden(properties, loaded.expansion)
+    return robot
 
 
 def run_trial(
@@ -87,8 +93,14 @@ def first_error(error: KbotError) -> str:
     if isinstance(error, DescriptionError):
         errors = [found for found in error.diagnostics if found.is_error] or list(error.diagnostics)
         more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
-        return f"{' '.join(str(errors[0]).split())}{more}"
-    return " ".join(str(error).split())
+        return f"{one_line(str(errors[0]))}{more}"
+    return one_line(str(error))
+
+
+def one_line(text: str) -> str:
+    """A text in one line. Its end is left out if it is long: a script may raise an error with any text."""
+    line = " ".join(text[: 2 * _LONGEST_LINE].split())
+    return line if len(line) <= _LONGEST_LINE else f"{line[:_LONGEST_LINE]}…"
 
 
 def _require_robot(scenario: Scenario) -> RobotSource:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -127,6 +127,15 @@ def _shown(binding: Binding) -> object:
 
 def _line(origin: Origin) -> str:
     return f"{origin.span.file}:{origin.span.line}"
+
+
+def require_overridden(properties: Iterable[str], expansion: Expansion) -> None:
+    """Raises DescriptionError: the description, which has no errors, does not have one of the properties."""
+    missing = [name for name in properties if name not in expansion.overridden]
+    if missing and expansion.ok:
+        raise DescriptionError(
+            unknown("X206", f"there is no top-level property '{name}'", name, expansion) for name in missing
+        )
 
 
 def _unknown(name: str, expansion: Expansion) -> Diagnostic:
