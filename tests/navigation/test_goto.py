@@ -45,7 +45,7 @@ def test_a_goal_that_is_refused(capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--goto", "1,2"], "--goto takes X,Y,YAW"),
+        (["--goto", "1"], "--goto takes X,Y in m, or X,Y,YAW"),
         (["--goto", "1,nan,2"], "finite"),
         (["--goto", "1e308,0,0"], "the goal (1e+308, 0) is further than 1e+06 m from the origin"),
         (["--goto", "0,-2e6,0"], "the goal (0, -2e+06) is further than 1e+06 m from the origin"),

@@ -89,6 +89,27 @@ def pose_of(option: str, text: str) -> PlanarPose:
     return PlanarPose(x, y, yaw)
 
 
+def goal_of(option: str, text: str) -> tuple[PlanarPose, bool]:
+    """The goal that `X,Y` or `X,Y,YAW` in m, m and rad means, and whether it has a heading. Any other text
+    ends the program."""
+    from kbot.kinematics import PlanarPose  # numpy: -h needs none
+
+    meaning = "X,Y in m, or X,Y,YAW in m, m and rad, for example 1.5,0 or 1.5,0,1.57"
+    if text.count(",") == 1:
+        x, y = _finite(option, text, 2, meaning)
+        return PlanarPose(x, y), False
+    x, y, yaw = _finite(option, text, 3, meaning)
+    return PlanarPose(x, y, yaw), True
+
+
+def limits_of(option: str, text: str) -> tuple[float, float]:
+    """The highest speeds that `V,W` in m/s and rad/s means. Any other text ends the program."""
+    linear, angular = _finite(option, text, 2, "V,W in m/s and rad/s, for example 0.5,2")
+    if min(linear, angular) <= 0.0:
+        fail(f"{option} takes two numbers above 0, not '{text}'")
+    return linear, angular
+
+
 def speeds_of(option: str, text: str) -> tuple[float, float, float]:
     """The speeds that `V,W` or `VX,VY,W` in m/s and rad/s means: forwards, turning, and to the left. Any
     other text ends the program."""

@@ -17,6 +17,7 @@ from kbot.navigation.planner import GridPlanner, NoPath, Refusal
 from kbot.navigation.pure_pursuit import PurePursuit, RegulatedPurePursuit
 from kbot.navigation.simulated import LidarPoints, Pilot, Trip, go_to
 from kbot.navigation.topics import NavigationTopics
+from kbot.navigation.without_map import go_to_without_map
 
 __all__ = [
     "Controller",
@@ -42,6 +43,7 @@ __all__ = [
     "Trip",
     "from_pose_stamped",
     "go_to",
+    "go_to_without_map",
     "outline",
     "to_pose_stamped",
     "turning_radius",

@@ -18,7 +18,7 @@ def inflate(blocked: Cells, radius: float) -> Cells:
     if radius <= 0.0:
         return blocked.copy()
     reach = math.ceil(radius)
-    along = _distance_along_rows(blocked, reach)
+    along = distance_along_rows(blocked, reach)
     grown = blocked.copy()
     rows = blocked.shape[0]
     for off in range(min(reach, rows - 1) + 1):
@@ -31,7 +31,7 @@ def inflate(blocked: Cells, radius: float) -> Cells:
     return grown
 
 
-def _distance_along_rows(blocked: Cells, most: int) -> NDArray[np.int32]:
+def distance_along_rows(blocked: Cells, most: int) -> NDArray[np.int32]:
     """The distance in cells to the nearest blocked cell in the same row, at most `most` + 1."""
     columns = blocked.shape[1]
     index = np.arange(columns, dtype=np.int32)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
 from kbot.kinematics.planar_pose import PlanarPose
+from kbot.navigation.arrival_watch import ArrivalWatch
 from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.controller import Controller, Observation, wrapped
 from kbot.navigation.footprint import height, outline, turning_radius
@@ -86,16 +87,22 @@ def why_no_goals(drive: DifferentialDrive) -> str:
     return f"cannot follow a path: {mistakes[0]}" if mistakes else ""
 
 
-def level_lidar(simulation: Simulation) -> LidarSensor | None:
-    """The first level lidar that the description declares, mounted; None if there is none."""
+def level_lidars(simulation: Simulation) -> list[LidarSensor]:
+    """The level lidars with one row of beams that the description declares, mounted."""
     sensors, _ = mount_declared(simulation, strict=False)
+    found = []
     for sensor in sensors.values():
         if isinstance(sensor, LidarSensor) and sensor.owner == simulation.robots.first.name:
             up = (simulation.link_pose(sensor.spec.link) @ sensor.spec.pose).rotation[2, 2]
             base_up = simulation.link_pose(simulation.robot.root).rotation[2, 2]
             if abs(up) >= LEVEL * abs(base_up):
-                return sensor
-    return None
+                found.append(sensor)
+    return found
+
+
+def level_lidar(simulation: Simulation) -> LidarSensor | None:
+    """The first level lidar that the description declares, mounted; None if there is none."""
+    return next(iter(level_lidars(simulation)), None)
 
 
 def describe_fall(simulation: Simulation) -> str:
@@ -185,10 +192,13 @@ class Trip:
     status          the final state of the goal, with the reason
     time            that the goal took
     distance        that the robot drove
-    shortest        length of the first planned path
+    shortest        length of the first planned path; without a map, of the straight line
     pose            the true pose at the end
     odometry_error  distance between the true position and that of odometry at the end
     collided        whether the robot touched anything but the ground, as `Collisions` defines it
+    arrival         time from 0.1 m of movement until the true position was within the arrival radius; None if
+                    it never was
+    map             `given`, or `none` for a goal without a map
     """
 
     status: GoalReport
@@ -198,6 +208,8 @@ class Trip:
     pose: PlanarPose
     odometry_error: float
     collided: bool
+    arrival: float | None = None
+    map: Literal["given", "none"] = "given"
 
     @property
     def off(self) -> float:
@@ -263,6 +275,7 @@ def go_to(
     seen = LidarPoints(lidar) if lidar is not None else None
     pilot = Pilot(simulation, navigator, pose=pose, seen=seen)
     collisions = CollisionWatch(simulation)
+    arrival = ArrivalWatch(simulation, goal, navigator.settings.limits.distance)
     first_path = 0.0
     try:
         while not status.state.is_end:
@@ -277,11 +290,12 @@ def go_to(
     finally:
         pilot.close()
         collisions.close()
+        arrival.close()
     odometer.sample()
     true = simulation.ground_truth.pose
     odometry = pilot.start @ simulation.odometry.pose
     error = math.hypot(true.x - odometry.x, true.y - odometry.y)
-    return Trip(status, took, odometer.distance, first_path, true, error, collisions.collided)
+    return Trip(status, took, odometer.distance, first_path, true, error, collisions.collided, arrival.time)
 
 
 class _Odometer:

@@ -15,7 +15,9 @@ from kbot.cli.arguments import (
     config_option,
     examples,
     file_and_arguments,
+    goal_of,
     json_option,
+    limits_of,
     output_file,
     package_path_option,
     page_options,
@@ -27,7 +29,8 @@ from kbot.cli.output import fail, report, report_for_page
 from kbot.cli.progress import loading
 from kbot.cli.run_outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.sim.default_world import HEADLESS_WORLD, page_world
-from kbot.cli.sim.headless import run_goto, run_headless
+from kbot.cli.sim.goto import GotoRequest, run_goto
+from kbot.cli.sim.headless import run_headless
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
@@ -67,9 +70,21 @@ class _RunOptions:
     cmd_vel: str | None
     script: str | None
     goto: str | None
+    no_map: bool
+    arrive: float | None
+    max_speed: str | None
     plot: str | None
     shot: str | None
     as_json: bool
+
+    @property
+    def goto_request(self) -> GotoRequest | None:
+        """The goal to drive to. Invalid values end the program."""
+        if self.goto is None:
+            return None
+        goal, has_heading = goal_of("--goto", self.goto)
+        max_speed = None if self.max_speed is None else limits_of("--max-speed", self.max_speed)
+        return GotoRequest(goal, has_heading, self.no_map, self.arrive, max_speed, self.duration)
 
     def refuse_without_headless(self) -> None:
         for name in ("duration", "cmd_vel", "goto", "plot", "shot"):
@@ -77,6 +92,14 @@ class _RunOptions:
                 fail(f"--{name.replace('_', '-')} needs --headless")
         if self.as_json:
             fail("--json needs --headless")
+        self._refuse_without_goto()
+
+    def _refuse_without_goto(self) -> None:
+        if self.goto is not None:
+            return
+        for name in ("no_map", "arrive", "max_speed"):
+            if getattr(self, name) not in (None, False):
+                fail(f"--{name.replace('_', '-')} needs --goto")
 
     def require_consistent(self) -> None:
         seconds = DURATION if self.duration is None else self.duration
@@ -92,6 +115,9 @@ class _RunOptions:
             fail(f"--plot and --shot both write {self.plot}. Choose two different files")
         if self.goto is not None and self.plot is not None:
             fail("--plot does not work with --goto, only with --script and --cmd-vel")
+        if self.arrive is not None and not (math.isfinite(self.arrive) and self.arrive > 0.0):
+            fail(f"--arrive takes a finite number of metres above 0, not {self.arrive}")
+        self._refuse_without_goto()
 
 
 @click.command(
@@ -104,6 +130,7 @@ class _RunOptions:
         "kbot sim kbot --world maze:size=8,seed=3 --pose 1,0,1.57",
         "kbot sim kbot --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
+        "kbot sim kbot lidar:=true --headless --world rooms --goto 1.8,1.8 --no-map --arrive 0.1",
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --script drive.py --json",
     ),
 )
@@ -122,7 +149,7 @@ class _RunOptions:
     "--duration",
     type=float,
     metavar="S",
-    show_default="10; for --goto estimated from the path",
+    show_default="10; for --goto estimated from the way",
     help="Time to simulate in seconds. For --goto, the time limit.",
 )
 @click.option(
@@ -136,7 +163,30 @@ class _RunOptions:
     metavar="PY",
     help="Python file whose function drive(sim) drives the robot. The page starts it again when you save it.",
 )
-@click.option("--goto", metavar="X,Y,YAW", help="Goal pose to drive to, in m, m and rad.")
+@click.option(
+    "--goto",
+    metavar="X,Y[,YAW]",
+    help="Goal to drive to, in m, m and rad. Without YAW the heading at the goal is free.",
+)
+@click.option(
+    "--no-map",
+    is_flag=True,
+    help="Drive to the goal with the robot's own lidars, wheel odometry and IMU, without a map or the "
+    "true pose.",
+)
+@click.option(
+    "--arrive",
+    type=float,
+    metavar="M",
+    show_default="0.01",
+    help="Distance from the goal in m that counts as reached.",
+)
+@click.option(
+    "--max-speed",
+    metavar="V,W",
+    show_default="0.3,2; with --no-map the robot's declared limits",
+    help="Highest speeds on the way to the goal, in m/s and rad/s.",
+)
 @click.option(
     "--pose",
     show_default="0,0,0, or the nearest free place",
@@ -298,7 +348,7 @@ def _run_headless(
     from kbot.sensors.declared import mount_declared
 
     speeds = None if run.cmd_vel is None else speeds_of("--cmd-vel", run.cmd_vel)
-    goal = None if run.goto is None else pose_of("--goto", run.goto)
+    request = run.goto_request
     if run.shot is not None:  # a missing library is reported before the run, which may take long
         from kbot.render.offscreen import require_offscreen
 
@@ -308,7 +358,7 @@ def _run_headless(
     has_outputs = is_live or bool(record.path)
     if has_outputs:
         report(mount_declared(simulation)[1])
-    if is_live and goal is None:
+    if is_live and request is None:
         from kbot.navigation import Goals, NavigationTopics
 
         NavigationTopics(simulation, Goals(simulation, in_background=True))
@@ -317,8 +367,8 @@ def _run_headless(
         if has_outputs:
             outputs = stack.enter_context(run_outputs(record, peers))
             outputs.join(simulation, loaded.expansion.text, setup.headless_world)
-        if goal is not None:
-            status = run_goto(simulation, goal, run.duration, run.as_json)
+        if request is not None:
+            status = run_goto(simulation, request, run.as_json)
         else:
             if speeds is not None:
                 simulation.cmd_vel(*speeds)

@@ -1,8 +1,7 @@
-"""Headless runs of `kbot sim`: drive by a constant command, a script or to a goal, then print a report."""
+"""Headless runs of `kbot sim`: drive by a constant command or a script, then print a report."""
 
 from __future__ import annotations
 
-import math
 import signal
 import sys
 import time
@@ -22,50 +21,8 @@ from kbot.text.signals import INTERRUPTED
 from kbot.text.terminal import for_progress
 
 if TYPE_CHECKING:
-    from kbot.kinematics import PlanarPose
     from kbot.sim import Simulation
     from kbot.sim.script import Script
-
-
-def run_goto(simulation: Simulation, goal: PlanarPose, timeout: float | None, as_json: bool) -> int:
-    """Drive to the goal on the world's own map. Returns the exit status: 0 if it was reached, else 1.
-
-    If the description declares a flat lidar, the robot also stops before obstacles that the lidar sees.
-    """
-    from kbot.navigation.simulated import go_to  # imported lazily, so that -h stays fast
-    from kbot.sensors import LidarSensor
-    from kbot.sensors.declared import mount_declared
-    from kbot.sim.report import make_report
-
-    # a goal needs none of them: what is wrong with one is reported, as in the page
-    sensors, notes = mount_declared(simulation, strict=False)
-    report(notes)
-    lidar = next((sensor for sensor in sensors.values() if isinstance(sensor, LidarSensor)), None)
-    with ProgressLine(simulation, None) as progress:
-        trip = go_to(simulation, goal, timeout=timeout, lidar=lidar)
-    run = make_report(simulation, trip.distance, progress.wall)
-    report(run.findings)
-    if as_json:
-        navigation = {
-            "goal": {"x": goal.x, "y": goal.y, "yaw": goal.yaw},
-            "state": str(trip.status.state),
-            "reason": trip.status.reason,
-            "off_m": trip.off,
-            "off_rad": trip.turned_off,
-            "time_s": trip.time,
-            "shortest_m": trip.shortest,
-            "odometry_error_m": trip.odometry_error,
-            "collided": trip.collided,
-        }
-        print_json({**run.to_json(), "navigation": navigation})
-    else:
-        planned = f" in {trip.time:.2f} s, {trip.distance:.2f} m driven, {trip.shortest:.2f} m planned"
-        click.echo(f"goal        {trip.status}" + (planned if trip.shortest else ""))
-        turned = math.degrees(trip.turned_off)
-        click.echo(f"            {trip.off * 1000.0:.1f} mm and {turned:.1f} deg from the goal")
-        click.echo(f"contact     {'with more than' if trip.collided else 'only with'} the ground")
-        click.echo(run.to_text())
-    return 0 if trip.reached else 1
 
 
 INTERVAL = 0.2

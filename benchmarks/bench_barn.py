@@ -1,0 +1,152 @@
+"""Goals without a map in the 200 worlds of the BARN challenge: success, contacts and the challenge's metric.
+
+    python benchmarks/bench_barn.py [--processes N] [WORLD ...]
+
+The challenge's Jackal starts at (-2.25, 3) and drives to a goal 10 m ahead, with its own lidar, wheel
+odometry and IMU, at up to 2 m/s and 4 rad/s. It arrives within 1 m of the goal, as in the challenge. A world
+succeeds if the robot arrives within 100 s and touches nothing. The metric of a world is the optimal time (the
+published shortest path at 2 m/s) divided by the time, which counts as at least twice and at most eight times
+the optimal time. It is 0 without success, and at most 0.5. The worlds and the robot are in the folder that
+KBOT_SHARED names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import pairwise
+from math import dist, pi
+from pathlib import Path
+from typing import Any
+
+from kbot.kinematics import PlanarPose
+from kbot.model.load import load_robot
+from kbot.navigation.without_map import go_to_without_map
+from kbot.sim import Simulation
+from kbot.world import World
+from kbot.world.builders import cylinder, floor
+from kbot.xacro import Packages
+
+BARN = Path(os.environ.get("KBOT_SHARED", "shared")) / "barn"
+ROBOT = BARN / "jackal_description"
+START, GOAL = PlanarPose(-2.25, 3.0, pi / 2.0), PlanarPose(-2.25, 13.0)
+MAX_SPEED = 2.0, 4.0
+ARRIVE, TIME_LIMIT = 1.0, 100.0
+RADIUS, HEIGHT, SPACING = 0.075, 1.0, 0.15
+LEFT, LOW = -4.425, 0.075
+"""m. The place of the first cylinder of the first row."""
+WORST = 10
+
+
+@dataclass(frozen=True)
+class Score:
+    """How a world ended: the time in s from 0.1 m of movement to the goal, and the processor time in s."""
+
+    world: str
+    state: str
+    reason: str
+    collided: bool
+    seconds: float | None
+    optimal: float
+    error: float
+    processor: float
+
+    @property
+    def is_success(self) -> bool:
+        return self.seconds is not None and self.seconds <= TIME_LIMIT and not self.collided
+
+    @property
+    def metric(self) -> float:
+        if self.seconds is None or not self.is_success:
+            return 0.0
+        return self.optimal / min(max(self.seconds, 2.0 * self.optimal), 8.0 * self.optimal)
+
+
+def world(name: str, rows: list[str]) -> World:
+    """A world of the challenge: each `#` is a cylinder."""
+    posts = [
+        cylinder(f"post_{row}_{column}", RADIUS, HEIGHT, LEFT + SPACING * column, LOW + SPACING * row)
+        for row, line in enumerate(rows)
+        for column, sign in enumerate(line)
+        if sign == "#"
+    ]
+    return World(f"barn_{name}", (floor(), *posts))
+
+
+def optimal_time(path: list[list[float]]) -> float:
+    """The time in s of the published shortest path at full speed."""
+    points = [(START.x, START.y), *path, (GOAL.x, GOAL.y)]
+    return sum(dist(a, b) for a, b in pairwise(points)) / MAX_SPEED[0]
+
+
+def drive(name: str, data: dict[str, Any]) -> Score:
+    robot = load_robot(str(ROBOT / "urdf" / "jackal.urdf"), packages=Packages((str(ROBOT),))).require()
+    begun = time.process_time()
+    simulation = Simulation(robot, world(name, data["rows"]), start=START)
+    trip = go_to_without_map(
+        simulation, GOAL, any_heading=True, arrive=ARRIVE, max_speed=MAX_SPEED, timeout=TIME_LIMIT
+    )
+    took = time.process_time() - begun
+    optimal = optimal_time(data["path"])
+    status = trip.status
+    return Score(
+        name,
+        str(status.state),
+        status.reason,
+        trip.collided,
+        trip.arrival,
+        optimal,
+        trip.odometry_error,
+        took,
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("worlds", nargs="*")
+    options = parser.parse_args()
+    file = BARN / "worlds.json"
+    if not file.exists():
+        print(f"no worlds in {file}: set KBOT_SHARED to the folder that holds barn")
+        return 0
+    worlds = json.loads(file.read_text())
+    names = options.worlds or sorted(worlds, key=int)
+    if unknown := [name for name in names if name not in worlds]:
+        parser.error(f"there are no worlds {', '.join(unknown)}")
+    with ProcessPoolExecutor(options.processes) as pool:
+        running = [pool.submit(drive, name, worlds[name]) for name in names]
+        scores = []
+        for score in running:
+            scores.append(score.result())
+            print(line(scores[-1]), file=sys.stderr, flush=True)
+    successes = sum(score.is_success for score in scores)
+    print(f"worlds           {len(scores)}")
+    print(f"success          {100.0 * successes / len(scores):.1f} %")
+    print(f"contacts         {sum(score.collided for score in scores)}")
+    print(f"mean metric      {statistics.mean(score.metric for score in scores):.3f}  (at most 0.5)")
+    print(f"pose estimate    {statistics.median(s.error for s in scores):.3f} m off, median")
+    print(f"processor time   {sum(score.processor for score in scores):.0f} s")
+    print("the worst worlds:")
+    for score in sorted(scores, key=lambda score: score.metric)[:WORST]:
+        print(line(score))
+    return 0
+
+
+def line(score: Score) -> str:
+    seconds = "      -" if score.seconds is None else f"{score.seconds:7.2f}"
+    contact = "contact" if score.collided else ""
+    return (
+        f"{score.world:>4}  {score.metric:.3f}  {seconds} s of {score.optimal:5.2f}  {score.processor:5.1f} s"
+        f"  {score.state:8s} {contact:8s}{score.reason}"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""`kbot sim --goto`: drive to a goal, with or without a map, then print a report."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import click
+
+from kbot.cli.output import print_json, report
+from kbot.cli.sim.headless import ProgressLine
+
+if TYPE_CHECKING:
+    from kbot.kinematics import PlanarPose
+    from kbot.navigation import Trip
+    from kbot.sim import Simulation
+
+
+@dataclass(frozen=True, slots=True)
+class GotoRequest:
+    """A goal, and how to drive to it.
+
+    goal         in the world's frame
+    has_heading  whether the goal's yaw counts
+    no_map       the robot gets no map, and only its start pose
+    arrive       radius in m within which the goal is reached, None for the default
+    max_speed    m/s and rad/s, None for the default
+    timeout      s, None for an estimate from the way
+    """
+
+    goal: PlanarPose
+    has_heading: bool
+    no_map: bool
+    arrive: float | None
+    max_speed: tuple[float, float] | None
+    timeout: float | None
+
+
+def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int:
+    """Drive to the goal. Returns the exit status: 0 if it was reached, else 1."""
+    from kbot.sensors.declared import mount_declared  # imported lazily, so that -h stays fast
+    from kbot.sim.report import make_report
+
+    # a goal needs none of them: what is wrong with one is reported, as in the page
+    report(mount_declared(simulation, strict=False)[1])
+    with ProgressLine(simulation, None) as progress:
+        trip = _without_map(simulation, request) if request.no_map else _with_map(simulation, request)
+    run = make_report(simulation, trip.distance, progress.wall)
+    report(run.findings)
+    if as_json:
+        print_json({**run.to_json(), "navigation": _navigation(trip, request.has_heading)})
+    else:
+        planned = "straight" if request.no_map else "planned"
+        lengths = f", {trip.distance:.2f} m driven, {trip.shortest:.2f} m {planned}"
+        click.echo(
+            f"goal        {trip.status}" + (f" in {trip.time:.2f} s{lengths}" if trip.shortest else "")
+        )
+        turned = f" and {math.degrees(trip.turned_off):.1f} deg" if request.has_heading else ""
+        click.echo(f"            {trip.off * 1000.0:.1f} mm{turned} from the goal")
+        click.echo(f"contact     {'with more than' if trip.collided else 'only with'} the ground")
+        click.echo(run.to_text())
+    return 0 if trip.reached else 1
+
+
+def _with_map(simulation: Simulation, request: GotoRequest) -> Trip:
+    """Drive on the world's own map. If the description declares a lidar, the robot also stops before
+    obstacles that the lidar detects."""
+    from kbot.navigation.navigator import NavigatorSettings
+    from kbot.navigation.simulated import go_to
+    from kbot.sensors import LidarSensor
+    from kbot.sensors.declared import mount_declared
+
+    limits = NavigatorSettings().limits
+    if request.arrive is not None:
+        limits = replace(limits, distance=request.arrive)
+    if not request.has_heading:
+        limits = replace(limits, angle=math.pi)  # no heading is further off
+    if request.max_speed is not None:
+        from kbot.navigation.local.motion_limits import motion_limits
+
+        declared = motion_limits(simulation.robots.first, request.max_speed)
+        limits = replace(limits, linear=declared.linear, angular=declared.angular)
+    sensors, _ = mount_declared(simulation, strict=False)
+    lidar = next((sensor for sensor in sensors.values() if isinstance(sensor, LidarSensor)), None)
+    settings = NavigatorSettings(limits=limits)
+    return go_to(simulation, request.goal, timeout=request.timeout, settings=settings, lidar=lidar)
+
+
+def _without_map(simulation: Simulation, request: GotoRequest) -> Trip:
+    from kbot.navigation.controller import GENTLE
+    from kbot.navigation.without_map import go_to_without_map
+
+    return go_to_without_map(
+        simulation,
+        request.goal,
+        any_heading=not request.has_heading,
+        arrive=GENTLE.distance if request.arrive is None else request.arrive,
+        max_speed=request.max_speed,
+        timeout=request.timeout,
+    )
+
+
+def _navigation(trip: Trip, has_heading: bool) -> dict[str, object]:
+    goal = trip.status.goal
+    return {
+        "map": trip.map,
+        "goal": {"x": goal.x, "y": goal.y, "yaw": goal.yaw if has_heading else None},
+        "state": str(trip.state),
+        "reason": trip.status.reason,
+        "off_m": trip.off,
+        "off_rad": trip.turned_off if has_heading else None,
+        "time_s": trip.arrival,
+        "shortest_m": trip.shortest,
+        "odometry_error_m": trip.odometry_error,
+        "collided": trip.collided,
+    }

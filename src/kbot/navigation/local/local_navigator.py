@@ -1,0 +1,371 @@
+"""Drives to a goal without a map: keeps a grid of what the lidars detect, finds the way on it, and
+recovers."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.messages import Twist
+from kbot.messages.sensing import LaserScan
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, twist
+from kbot.navigation.footprint import Outline
+from kbot.navigation.go_to_pose import GoToPose
+from kbot.navigation.goal_status import GoalReport, GoalState
+from kbot.navigation.local.cost_to_go import CostToGo, Sweeping, halved, weights
+from kbot.navigation.local.distance_field import DistanceField
+from kbot.navigation.local.footprint_clearance import FootprintClearance
+from kbot.navigation.local.motion_limits import MotionLimits
+from kbot.navigation.local.rolling_grid import RollingGrid, SensorPlace
+from kbot.navigation.local.trajectory_sampling import SamplingSettings, TrajectorySampling
+from kbot.navigation.navigator import require_goal
+from kbot.navigation.obstacle_guard import ObstacleGuard
+from kbot.text import KbotError
+
+_FINEST, _COARSEST = 0.02, 0.05
+"""m. Limits of a cell's edge. A smaller robot needs smaller cells, which show less of the surroundings."""
+_CELLS_PER_RADIUS = 4.0
+"""Cells from the robot's middle to its nearest side."""
+_FINAL = 0.3
+"""m. Nearer to the goal, the robot drives straight to it, because samples of the speed do not hit a point."""
+_STRAIGHT = 2.0
+"""It does so if the way is at most this many times as long as the straight line."""
+_DRIVING = 0.05
+"""m/s. A command above this must move the wheels."""
+_MOVED = 1e-3
+"""m. Less than this is not a motion."""
+
+Scans = Sequence[tuple[LaserScan, SensorPlace]]
+
+
+@dataclass(frozen=True, slots=True)
+class LocalSettings:
+    """Limits of a goal without a map.
+
+    rate      control ticks per second
+    settle    seconds before the robot moves, in which a gyroscope's bias is measured
+    margin    m that the way keeps around the outline
+    room      m beyond it in which a way costs more
+    patience  seconds without progress before the robot recovers
+    attempts  how often it does so
+    back_up   seconds that it backs up or turns
+    silence   seconds without a scan after which the robot is stuck; it stops earlier
+    frozen    seconds of a command to drive after which the odometry must have changed
+    slack     how many times the straight line's time at full speed a goal may take
+    grace     seconds more than that
+    """
+
+    rate: float = 20.0
+    settle: float = 0.5
+    margin: float = 0.03
+    room: float = 0.4
+    patience: float = 4.0
+    attempts: int = 6
+    back_up: float = 1.5
+    silence: float = 2.0
+    frozen: float = 0.6
+    slack: float = 8.0
+    grace: float = 60.0
+
+
+@dataclass
+class _Run:
+    """The state of one goal."""
+
+    goal: PlanarPose
+    any_heading: bool
+    arrive: float
+    timeout: float | None
+    begun: float = math.nan
+    deadline: float = math.inf
+    final: ObstacleGuard | None = None
+    approach: GoToPose | None = None
+    attempts: int = 0
+    closures: int = 0
+    recovering_until: float = -math.inf
+    recovery: tuple[float, float] = (0.0, 0.0)
+    closed_since: float | None = None
+    drives_since: float | None = None
+    drives_from: tuple[float, float] = (0.0, 0.0)
+
+
+class LocalNavigator:
+    """A controller that drives to goals with what lidars and odometry measure.
+
+    `update` takes an observation with the estimated pose, and the new scans. `status` is the state of the
+    current goal. The robot stops by its own estimate, within half of the arrival radius."""
+
+    def __init__(
+        self,
+        outline: Outline,
+        limits: MotionLimits,
+        lidar_rate: float,
+        settings: LocalSettings = LocalSettings(),
+        seed: int = 0,
+    ) -> None:
+        """`lidar_rate` in Hz: the robot stops without a scan for the time of 2.5 scans, at least 0.2 s."""
+        self.limits, self.settings = limits, settings
+        self.status: GoalReport | None = None
+        inner = FootprintClearance(outline, 1.0).inner
+        resolution = min(max(inner / _CELLS_PER_RADIUS, _FINEST), _COARSEST)
+        self.grid = RollingGrid(resolution)
+        self._footprint = FootprintClearance(outline, resolution)
+        self._outline = outline
+        # a cell counts from its middle, but a beam may have ended anywhere in it
+        margin = settings.margin + 0.5 * resolution
+        self._radius = self._footprint.inner + margin
+        sampling = SamplingSettings(margin=margin)
+        self._sampling = TrajectorySampling(self._footprint, limits, sampling, seed)
+        self._most = self._footprint.outer + sampling.margin + sampling.room
+        self._reach = limits.linear * sampling.time_steps * sampling.model_dt + self._footprint.outer
+        self._pause = max(0.2, 2.5 / lidar_rate)
+        self._sweeping: Sweeping | None = None
+        self._cost_to_go: CostToGo | None = None
+        self._commanded = STILL
+        self._track: deque[tuple[float, float, float]] = deque()
+        self._run: _Run | None = None
+
+    def go(
+        self,
+        goal: PlanarPose,
+        any_heading: bool = False,
+        arrive: float = GENTLE.distance,
+        timeout: float | None = None,
+    ) -> GoalReport:
+        """Replace the current goal; `arrive` in m is the radius in which the goal is reached.
+
+        Raises: KbotError: a number is not finite, the goal is too far away, or `arrive` or the timeout is not
+        above 0."""
+        require_goal(goal)
+        if not (math.isfinite(arrive) and arrive > 0.0):
+            raise KbotError(f"the arrival radius must be a finite number of metres above 0, not {arrive}")
+        if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
+            raise KbotError(f"a timeout must be a finite number of seconds above 0, not {timeout}")
+        self._run = _Run(goal, any_heading, arrive, timeout)
+        self._sweeping = self._cost_to_go = None
+        self._sampling.restart()
+        self.status = GoalReport(goal, GoalState.ACCEPTED)
+        return self.status
+
+    def cancel(self, reason: str = "cancelled by its sender") -> None:
+        """Cancel the goal, if there is one. The robot stops at the next update."""
+        if self._run is not None:
+            self._end(GoalState.CANCELLED, reason)
+
+    def update(self, observation: Observation, scans: Scans = ()) -> Twist:
+        """The command until the next tick. `scans` are new, each with the place of its lidar when it
+        measured."""
+        self._commanded = self._update(observation, scans)
+        return self._commanded
+
+    def _update(self, observation: Observation, scans: Scans) -> Twist:
+        run = self._run
+        if run is None:
+            return STILL
+        if math.isnan(run.begun):
+            self._begin(run, observation)
+        if observation.fallen:
+            return self._end(GoalState.STUCK, observation.fallen)
+        pose = observation.pose
+        self.grid.center_on(pose.x, pose.y)
+        for scan, place in scans:
+            self.grid.add(scan, place)
+        wanted = self._wanted(run, observation)
+        return wanted if self._run is None else self._watch_odometry(run, observation, wanted)
+
+    def _begin(self, run: _Run, observation: Observation) -> None:
+        run.begun = observation.time
+        straight = math.hypot(run.goal.x - observation.pose.x, run.goal.y - observation.pose.y)
+        settings = self.settings
+        bound = run.timeout or settings.slack * straight / self.limits.linear + settings.grace
+        run.deadline = run.begun + bound
+        self._restart_progress(observation)
+
+    def _wanted(self, run: _Run, observation: Observation) -> Twist:
+        time, settings = observation.time, self.settings
+        if time > run.deadline:
+            left = math.hypot(run.goal.x - observation.pose.x, run.goal.y - observation.pose.y)
+            return self._end(
+                GoalState.STUCK,
+                f"out of time: not at the goal after {time - run.begun:.1f} s, {left:.2f} m left",
+            )
+        silence = min(observation.obstacles_age, time - run.begun)
+        if observation.obstacles_age > self._pause:
+            self._sampling.restart()
+            if silence > settings.silence:
+                return self._end(GoalState.STUCK, f"the lidar has been silent for {silence:.1f} s")
+            return STILL
+        if time < run.begun + settings.settle:
+            return STILL
+        self._replan(run)
+        cost_to_go = self._cost_to_go
+        assert cost_to_go is not None
+        pose = observation.pose
+        if run.final is not None or self._is_near(run, pose, cost_to_go):
+            return self._approach(run, observation)
+        if cost_to_go.is_blocked(pose.x, pose.y, self._footprint.outer):
+            return self._wait_for_a_way(run, observation)
+        run.closed_since = None
+        field = self._field(pose)
+        if time < run.recovering_until:
+            return self._hold(run, observation, field)
+        last = self._commanded.linear.x, self._commanded.angular.z
+        v, w = self._sampling.update(pose, observation.twist, field, cost_to_go, 1.0 / settings.rate, last)
+        if self._is_stalled(observation):
+            return self._recover(run, observation)
+        if self.status is not None and self.status.state is GoalState.ACCEPTED:
+            self.status = GoalReport(run.goal, GoalState.DRIVING)
+        return twist(v, w)
+
+    def _replan(self, run: _Run) -> None:
+        """Continue to compute the cost-to-go: one sweep per tick, but all of them for a new goal."""
+        if self._sweeping is None:
+            weight = halved(
+                weights(self.grid.occupied, self.grid.resolution, self._radius, self.settings.room)
+            )
+            goal = run.goal.x, run.goal.y
+            self._sweeping = Sweeping(
+                weight, self.grid.corner, 2.0 * self.grid.resolution, goal, self._tolerance(run)
+            )
+            if self._cost_to_go is not None:
+                return
+        while not self._sweeping.is_done:
+            self._sweeping.sweep()
+            if self._cost_to_go is not None:
+                break
+        if self._sweeping.is_done:
+            self._cost_to_go = self._sweeping.result()
+            self._sweeping = None
+
+    def _field(self, pose: PlanarPose) -> DistanceField:
+        """The distances to obstacles wherever a sampled trajectory may lead."""
+        occupied, corner = self.grid.around(pose.x, pose.y, self._reach)
+        return DistanceField.of(occupied, corner, self.grid.resolution, self._most)
+
+    def _tolerance(self, run: _Run) -> float:
+        return run.arrive / 2.0
+
+    def _is_near(self, run: _Run, pose: PlanarPose, cost_to_go: CostToGo) -> bool:
+        """Whether the robot is at the goal, or so near that it drives straight to it."""
+        left = math.hypot(run.goal.x - pose.x, run.goal.y - pose.y)
+        if left <= self._tolerance(run):
+            return True
+        way = float(cost_to_go.at(np.array([pose.x]), np.array([pose.y]))[0])
+        return left <= _FINAL and way <= _STRAIGHT * left + 2.0 * self.grid.resolution
+
+    def _approach(self, run: _Run, observation: Observation) -> Twist:
+        """Drive straight to the goal, turn to its heading, and end."""
+        if run.final is None or run.approach is None:
+            limits = ControllerLimits(
+                linear=min(GENTLE.linear, self.limits.linear),
+                angular=min(GENTLE.angular, self.limits.angular),
+                braking=min(GENTLE.braking, self.limits.acceleration),
+                turn_braking=min(GENTLE.turn_braking, self.limits.angular_acceleration),
+                distance=self._tolerance(run),
+            )
+            run.approach = GoToPose(run.goal, limits, run.any_heading)
+            run.final = ObstacleGuard(
+                run.approach, self._outline, braking=limits.braking, silence=self._pause
+            )
+            self._restart_progress(observation)
+        wanted = run.final.update(observation)
+        if run.approach.is_done:
+            return self._end(GoalState.REACHED, "")
+        blocked = run.final.blocked_since
+        if blocked is not None and observation.time - blocked > self.settings.patience:
+            return self._end(
+                GoalState.STUCK, f"an obstacle is in the way, {run.approach.remaining:.2f} m before the goal"
+            )
+        return wanted
+
+    def _wait_for_a_way(self, run: _Run, observation: Observation) -> Twist:
+        """Obstacles leave no way: wait, and forget what was detected before. Give up if they still do."""
+        if run.closed_since is None:
+            run.closed_since = observation.time
+        if observation.time - run.closed_since < self.settings.patience:
+            return STILL
+        run.closed_since = None
+        run.closures += 1
+        if run.closures > 1:
+            return self._end(GoalState.STUCK, self._why_closed(run))
+        self.grid.clear()
+        self._sweeping = None
+        return STILL
+
+    def _why_closed(self, run: _Run) -> str:
+        goal = run.goal
+        occupied, corner = self.grid.around(goal.x, goal.y, 2.0 * self._footprint.outer)
+        if occupied.size:
+            field = DistanceField.of(occupied, corner, self.grid.resolution, self._most)
+            if field.at(np.array([goal.x]), np.array([goal.y]))[0] < self._radius:
+                return "the goal is inside or too near an obstacle that the lidar detected"
+        return "the obstacles that the lidar detected leave no way to the goal that is wide enough"
+
+    def _restart_progress(self, observation: Observation) -> None:
+        self._track.clear()
+        self._track.append((observation.time, observation.pose.x, observation.pose.y))
+
+    def _is_stalled(self, observation: Observation) -> bool:
+        """Whether the robot has stayed within half of its size for `patience`."""
+        time, pose, track = observation.time, observation.pose, self._track
+        track.append((time, pose.x, pose.y))
+        while len(track) > 1 and track[1][0] <= time - self.settings.patience:
+            track.popleft()
+        then, x, y = track[0]
+        is_long = time - then >= self.settings.patience
+        return is_long and math.hypot(pose.x - x, pose.y - y) < self._footprint.outer
+
+    def _recover(self, run: _Run, observation: Observation) -> Twist:
+        """Back up and turn in turn, and forget what was detected before; after `attempts` times, give up."""
+        if run.attempts >= self.settings.attempts:
+            what = "an obstacle is in the way" if self._sampling.is_blocked else "the robot makes no progress"
+            left = math.hypot(run.goal.x - observation.pose.x, run.goal.y - observation.pose.y)
+            return self._end(
+                GoalState.STUCK, f"{what}: tried {run.attempts + 1} times, {left:.2f} m from the goal"
+            )
+        backwards = -0.15 * self.limits.linear, 0.0
+        turn = 0.0, math.copysign(0.25 * self.limits.angular, 1.0 if run.attempts % 4 < 2 else -1.0)
+        run.recovery = backwards if run.attempts % 2 == 0 else turn
+        run.attempts += 1
+        run.recovering_until = observation.time + self.settings.back_up
+        if run.attempts % 2 == 0:
+            self.grid.clear()
+            self._sweeping = None
+        self._sampling.restart()
+        self._restart_progress(observation)
+        return STILL
+
+    def _hold(self, run: _Run, observation: Observation, field: DistanceField) -> Twist:
+        """Continue a recovery while it is free of obstacles."""
+        self._restart_progress(observation)
+        if self._sampling.is_free(observation.pose, observation.twist, run.recovery, field):
+            return twist(*run.recovery)
+        run.recovering_until = -math.inf
+        return STILL
+
+    def _watch_odometry(self, run: _Run, observation: Observation, wanted: Twist) -> Twist:
+        """Give up if the odometry does not change although the robot is commanded to drive."""
+        pose = observation.pose
+        moved = math.hypot(pose.x - run.drives_from[0], pose.y - run.drives_from[1]) > _MOVED
+        if abs(wanted.linear.x) < _DRIVING or run.drives_since is None or moved:
+            run.drives_since = observation.time if abs(wanted.linear.x) >= _DRIVING else None
+            run.drives_from = pose.x, pose.y
+            return wanted
+        still = observation.time - run.drives_since
+        if still < self.settings.frozen:
+            return wanted
+        return self._end(
+            GoalState.STUCK,
+            f"the odometry reports no motion for {still:.1f} s although the robot is commanded to drive",
+        )
+
+    def _end(self, state: GoalState, reason: str) -> Twist:
+        assert self._run is not None
+        self.status = GoalReport(self._run.goal, state, reason)
+        self._run = None
+        return STILL

@@ -1,0 +1,209 @@
+"""Runs goals without a map in a simulation, with nothing but the start pose and the robot's own sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.messages.bus import Subscription
+from kbot.messages.sensing import Imu, LaserScan
+from kbot.navigation.arrival_watch import ArrivalWatch
+from kbot.navigation.collision_watch import CollisionWatch
+from kbot.navigation.controller import GENTLE, Observation
+from kbot.navigation.footprint import outline
+from kbot.navigation.goal_status import GoalReport, GoalState
+from kbot.navigation.local.local_navigator import LocalNavigator, LocalSettings
+from kbot.navigation.local.motion_limits import motion_limits
+from kbot.navigation.local.pose_estimate import PoseEstimate
+from kbot.navigation.local.rolling_grid import SensorPlace
+from kbot.navigation.simulated import Trip, describe_fall, level_lidars, require_turning
+from kbot.sensors.declared import mount_declared
+from kbot.sensors.imu import ImuSensor
+from kbot.sensors.lidar import LidarSensor, scan_points
+from kbot.sim import Simulation
+from kbot.sim.report import Odometer
+from kbot.sim.wheel_odometry import Motion
+from kbot.text import KbotError
+
+DEFAULT_SETTINGS = LocalSettings()
+
+
+class _Lidar:
+    """A lidar of the robot, and where it is on the base."""
+
+    def __init__(self, sensor: LidarSensor, base: str) -> None:
+        simulation, spec = sensor.simulation, sensor.spec
+        self.sensor = sensor
+        base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(spec.link)
+        self.base_from_sensor: NDArray[np.float64] = (base_from_link @ spec.pose).matrix
+        self.stamp = -math.inf
+        self.points: NDArray[np.float64] | None = None
+
+    def new_scan(self) -> LaserScan | None:
+        """The latest scan, if it was not returned before."""
+        scan = self.sensor.latest
+        if scan is None or scan.header.stamp.seconds <= self.stamp:
+            return None
+        self.stamp = scan.header.stamp.seconds
+        self.points = scan_points(scan, self.base_from_sensor)
+        return scan
+
+
+class LocalPilot:
+    """Drives a simulation's robot by a `LocalNavigator` until it is closed.
+
+    The navigator gets the robot's pose once, at the start. After that it gets the robot's wheel odometry, the
+    turning speed of its IMU and the scans of its level lidars."""
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        navigator: LocalNavigator,
+        lidars: list[LidarSensor],
+        odometry: Callable[[], Motion] | None = None,
+    ) -> None:
+        """`odometry` replaces the robot's wheel odometry."""
+        base = require_turning(simulation).base
+        self._simulation, self._navigator = simulation, navigator
+        self._odometry = odometry or (lambda: simulation.odometry)
+        self._lidars = [_Lidar(lidar, base) for lidar in lidars]
+        self.estimate = PoseEstimate(simulation.ground_truth.pose, navigator.limits.drift)
+        self._subscription: Subscription | None = None
+        imu = _imu(simulation)
+        if imu is not None:
+            base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(imu.spec.link)
+            self._vertical: NDArray[np.float64] = (base_from_link @ imu.spec.pose).rotation[2]
+            self._subscription = simulation.bus.subscribe(imu.topic, Imu, self._turn)
+        self._timer = simulation.clock.every(navigator.settings.rate, self.tick)
+
+    def close(self) -> None:
+        """Stop driving. The robot keeps its last command."""
+        self._timer.cancel()
+        if self._subscription is not None:
+            self._subscription.close()
+
+    def tick(self) -> None:
+        """Update the estimate and the navigator once, and command the robot."""
+        simulation, now = self._simulation, self._simulation.time
+        motion = self._odometry()
+        self.estimate.add_odometry(now, motion.pose, motion.twist)
+        scans = []
+        for lidar in self._lidars:
+            scan = lidar.new_scan()
+            if scan is not None:
+                base = self.estimate.at(lidar.stamp)
+                scans.append((scan, SensorPlace.on_base(base, lidar.base_from_sensor)))
+        points = [lidar.points for lidar in self._lidars if lidar.points is not None]
+        obstacles = np.concatenate(points) if len(points) == len(self._lidars) else None
+        age = now - min(lidar.stamp for lidar in self._lidars)
+        observation = Observation(
+            now, self.estimate.pose, self.estimate.twist, obstacles, age, describe_fall(simulation)
+        )
+        wanted = self._navigator.update(observation, scans)
+        simulation.cmd_vel(wanted.linear.x, wanted.angular.z)
+
+    def _turn(self, message: Imu) -> None:
+        spin = message.angular_velocity
+        rate = float(self._vertical @ (spin.x, spin.y, spin.z))
+        self.estimate.add_rate(message.header.stamp.seconds, rate)
+
+
+def _imu(simulation: Simulation) -> ImuSensor | None:
+    """The first IMU that the description declares, mounted; None if there is none."""
+    sensors, _ = mount_declared(simulation, strict=False)
+    first = simulation.robots.first.name
+    return next((s for s in sensors.values() if isinstance(s, ImuSensor) and s.owner == first), None)
+
+
+def local_navigator(
+    simulation: Simulation,
+    max_speed: tuple[float, float] | None = None,
+    settings: LocalSettings = DEFAULT_SETTINGS,
+) -> tuple[LocalNavigator, list[LidarSensor]]:
+    """A navigator for a simulation's first robot, and the robot's level lidars.
+
+    Raises: KbotError: the robot cannot drive, steers, has no size or no level lidar, or a speed is not above
+    0."""
+    base = require_turning(simulation).base
+    robot = simulation.robots.first
+    lidars = level_lidars(simulation)
+    if not lidars:
+        raise KbotError(
+            f"robot '{robot.name}' declares no level lidar with one row of beams,"
+            " which a goal without a map needs"
+        )
+    rate = min(lidar.spec.rate for lidar in lidars)
+    limits = motion_limits(robot, max_speed)
+    return LocalNavigator(outline(robot.robot, base), limits, rate, settings, simulation.seed), lidars
+
+
+def go_to_without_map(
+    simulation: Simulation,
+    goal: PlanarPose,
+    *,
+    any_heading: bool = False,
+    arrive: float = GENTLE.distance,
+    max_speed: tuple[float, float] | None = None,
+    timeout: float | None = None,
+    settings: LocalSettings = DEFAULT_SETTINGS,
+) -> Trip:
+    """Run the simulation until its robot has reached the goal or gives up. The robot is then stopped.
+
+    The robot knows its start pose, and then only what its own lidars, wheels and IMU measure. It stops by its
+    own estimate. The goal is reached if the true position came within `arrive`.
+
+    Args:
+        simulation: whose first robot drives.
+        goal: in the world's frame.
+        any_heading: the goal's yaw does not matter.
+        arrive: radius in m within which the goal is reached.
+        max_speed: m/s and rad/s, by default the limits that the robot declares.
+        timeout: time limit in s, by default from the distance of the goal.
+        settings: of the navigator.
+
+    Raises:
+        KbotError: the robot cannot drive, has no size or no level lidar, a number is not finite or not above
+        0,
+            or the goal is too far away.
+    """
+    navigator, lidars = local_navigator(simulation, max_speed, settings)
+    status = navigator.go(goal, any_heading, arrive, timeout)
+    start, begun = simulation.ground_truth.pose, simulation.time
+    pilot = LocalPilot(simulation, navigator, lidars)
+    odometer = Odometer(simulation)
+    arrival, collisions = ArrivalWatch(simulation, goal, arrive), CollisionWatch(simulation)
+    try:
+        while not status.state.is_end:
+            simulation.run(1.0 / settings.rate)
+            status = navigator.status or status
+        took = simulation.time - begun
+        simulation.cmd_vel(0.0, 0.0)
+        pilot.close()
+        simulation.run(0.5)
+    finally:
+        pilot.close()
+        odometer.close()
+        arrival.close()
+        collisions.close()
+    true = simulation.ground_truth.pose
+    error = math.hypot(true.x - pilot.estimate.pose.x, true.y - pilot.estimate.pose.y)
+    straight = math.hypot(goal.x - start.x, goal.y - start.y)
+    judged = _judge(status, arrival, true, error)
+    return Trip(
+        judged, took, odometer.distance, straight, true, error, collisions.collided, arrival.time, "none"
+    )
+
+
+def _judge(status: GoalReport, arrival: ArrivalWatch, true: PlanarPose, error: float) -> GoalReport:
+    """The state of the goal by the true position, which the robot does not know."""
+    if arrival.time is not None:
+        return GoalReport(status.goal, GoalState.REACHED)
+    if status.state is not GoalState.REACHED:
+        return status
+    off = math.hypot(status.goal.x - true.x, status.goal.y - true.y)
+    reason = f"the robot stopped {off:.3f} m from the goal, because its pose estimate is {error:.3f} m off"
+    return GoalReport(status.goal, GoalState.STUCK, reason)
