@@ -114,7 +114,8 @@ def _measured(comparison: Comparison) -> str:
     if not comparison.differences:
         return ", because their descriptions say the same"
     scenarios = len({difference.scenario for difference in comparison.differences})
-    return f" ({len(comparison.differences)} measures of {scenarios} scenarios)"
+    word = "scenario" if scenarios == 1 else "scenarios"
+    return f" ({len(comparison.differences)} measures of {scenarios} {word})"
 
 
 def _rows(significant: Sequence[Difference]) -> list[Difference]:
