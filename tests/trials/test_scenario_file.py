@@ -205,8 +205,16 @@ def test_documents_are_named_by_the_file_and_have_its_lines() -> None:
         ("expect: [max_tilt]", "3:10 T104 'max_tilt' needs a bound: min, max, or both"),
         ("expect: [max_tilt: {maxx: 1}]", "3:21 T102 unknown key 'maxx' (did you mean 'max'?)"),
         ("expect: [reaches: {x: 1, y: 1, within: 0}]", "3:40 T104 'within' must be above 0, not 0.0"),
-        ("expect: [{final_x: {min: 1}, final_y: {min: 1}}]", "3:10 T104 'expect' must be the name of an "
-         "expectation or measure, with its settings, not a mapping"),
+        ("expect: [{final_x: {min: 1}, final_y: {min: 1}}]", "3:10 T104 an item of 'expect' needs one name, "
+         "not 2: final_x, final_y (begin each expectation with '- ', and indent its settings further)"),
+        ("expect: [{}]", "3:10 T104 'expect' must be the name of an expectation or measure, with its "
+         "settings, not a mapping"),
+        ("steps: [{command: , linear: 1}]", "3:21 T102 unknown key 'linear' (it is a key of 'command': "
+         "indent it further)"),
+        ("until:\n\t- time", "4:1 T101 while scanning for the next token, found character '\\t' that cannot "
+         "start any token (indent with spaces: YAML does not accept tabs)"),
+        ("seeds:\n  - 1\n - 2", "5:2 T101 while parsing a block mapping, expected <block end>, but found "
+         "'<block sequence start>' (check the indentation"),
         ("robot: {file: kbot, package: [a]}", "3:21 T102 unknown key 'package' (did you mean 'packages'?)"),
         ("robot: robots/robt.urdf",
          "3:8 T104 there is no file robots/robt.urdf (did you mean 'robot.urdf'?)"),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 from datetime import UTC, datetime
 from xml.etree import ElementTree
 
 import pytest
 
+from kbot.text import Diagnostic, Severity
 from kbot.trials.reports.grades import grades
 from kbot.trials.reports.junit import junit
 from kbot.trials.reports.table import summary, table
@@ -35,6 +37,12 @@ def test_the_table_has_a_line_for_each_trial() -> None:
         "    kbot view 'keep it/turn.mcap' --at 3.2",
         r"✗ slope         robot.urdf:3:1: error: \x1b[2Jno link",
     ]
+    found = Diagnostic("W301", Severity.WARNING, "odometry is 14 % off")
+    assert (
+        table([replace(FAILED, findings=(found,) * 4)]).splitlines()[2:]
+        == ["    warning: odometry is 14 % off [W301]"] * 3
+    )
+    assert table([replace(PASSED, findings=(found,))]).count("\n") == 1
     assert table([]) == ""
     assert "\x1b[32m✓\x1b[0m" in table([PASSED], color=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -87,6 +88,30 @@ def test_a_step_waits_for_its_condition_and_for_the_step_before() -> None:
     # 0.4 m at 0.2 m/s, after an acceleration that costs half its duration
     assert added.time == pytest.approx(2.0, abs=0.2)
     assert start.time < added.time < stopped.time
+
+
+def test_a_step_that_never_begins_fails_the_trial() -> None:
+    steps = [Step(Command(0.2)), Step(Command(), when={"distance": Range(min=5.0)})]
+    result = run_trial(Scenario("short", 1.0, steps, [NeverTouches()], KBOT))
+    assert (result.reason or "").startswith(
+        "steps_begun is 1, below 2 (step 2 still waits for its condition: distance is 0.1"
+    )
+
+
+def test_an_object_that_is_never_there_cannot_be_expected() -> None:
+    steps = [Step(AddObject("crate", 3.0, 0.0), at=0.1)]
+    scenario = Scenario("far", 0.2, steps, [NeverTouches(("crate", "end_wall"))], KBOT, "corridor")
+    assert run_trial(scenario).passed
+    misspelt = replace(scenario, expect=[NeverTouches(("crat",))])
+    assert run_trial(misspelt).reason == (
+        "never_touches: no object has the name 'crat': did you mean 'crate'?"
+    )
+
+
+def test_a_missed_place_names_where_the_robot_ends() -> None:
+    # the deceleration takes as long as the acceleration, so the way is 0.2 m/s for 8 s
+    result = run_trial(Scenario("straight", 10.0, STRAIGHT, [Reaches(1.0, 0.0, 0.01)], KBOT))
+    assert result.reason == "distance_to_target is 0.6 m, above 0.01 m (it ends at 1.6, 0)"
 
 
 def test_until_ends_a_run_at_its_goal() -> None:
@@ -176,7 +201,9 @@ def test_the_weight_rests_on_wheels_and_caster() -> None:
         (lambda: Step(Command(), at=-1.0), "time of a step"),
         (lambda: Scenario("x", 0.0), "duration"),
         (lambda: Scenario("x", 1.0, seeds=()), "seeds"),
-        (lambda: Scenario("x", 1.0, [Step(Command(), at=2.0)]), "after the end"),
+        (lambda: Scenario("x", 1.0, [Step(Command(), at=2.0)]), "after the scenario ends"),
+        (lambda: Scenario("x", 9.0, [Step(Command(), at=2.0), Step(Command(), at=1.0)]), "order of time"),
+        (lambda: Range(5.0, 1.0), "can never hold"),
         (lambda: Reaches(0.0, 0.0, 0.0), "above 0"),
     ],
 )

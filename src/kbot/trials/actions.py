@@ -115,7 +115,7 @@ class Push:
     """Push a link at its centre of mass.
 
     force     x, y, z in N, in world axes
-    duration  in s
+    duration  length in s
     link      by default the base
     torque    x, y, z in N m, in world axes
     """
@@ -139,7 +139,7 @@ class InjectFault:
     """Inject a fault of `kbot.sim.injected_faults`.
 
     fault     what fails
-    duration  in s; by default until the end
+    duration  length in s; by default until the end
     """
 
     fault: Fault
@@ -157,7 +157,7 @@ class InjectFault:
 class AddObject:
     """Add an object.
 
-    name  of the new object
+    name  name of the new object
     x     position of its foot in m
     y     position of its foot in m
     z     height of its foot in m
@@ -185,7 +185,7 @@ class AddObject:
 class MoveObject:
     """Move an object. It is at rest there.
 
-    name  of the object
+    name  name of the object
     x     position of its origin in m
     y     position of its origin in m
     z     height of its origin in m
@@ -210,7 +210,7 @@ class MoveObject:
 class RemoveObject:
     """Remove an object from the world.
 
-    name  of the object
+    name  name of the object
     """
 
     name: str

@@ -57,6 +57,8 @@ class Bound:
         family, _, part = self.measure.partition("/")
         if part and family in FAMILIES and part not in (known := FAMILIES[family].parts(trace)):
             detail = suggest_or_list(part, known)
+        if self.measure in ("goals_reached", "goal_time"):
+            detail = "; ".join(event.text for event in trace.events if event.kind == "goal")
         value = measure.compute(trace)
         return (MeasureResult(measure.name, value, measure.unit, self.min, self.max, detail),)
 
@@ -65,8 +67,8 @@ class Bound:
 class Reaches:
     """At the end, the robot is at a place in the world.
 
-    x           of the place in m
-    y           of the place in m
+    x           x of the place in m
+    y           y of the place in m
     within      largest distance to the place in m
     yaw         heading in rad; by default any
     yaw_within  largest difference to the heading in rad
@@ -86,7 +88,8 @@ class Reaches:
 
     def results(self, trace: Trace) -> tuple[MeasureResult, ...]:
         apart = np.hypot(trace["x"] - self.x, trace["y"] - self.y)
-        found = [MeasureResult("distance_to_target", float(apart[-1]), "m", None, self.within)]
+        end = f"it ends at {_metres(trace['x'][-1])}, {_metres(trace['y'][-1])}"
+        found = [MeasureResult("distance_to_target", float(apart[-1]), "m", None, self.within, end)]
         is_there = apart <= self.within
         if self.yaw is not None:
             off = np.abs(_wrapped(trace["yaw"] - self.yaw))
@@ -104,8 +107,8 @@ class Reaches:
 class PassesThrough:
     """At some time, the robot's base is at a place in the world.
 
-    x       of the place in m
-    y       of the place in m
+    x       x of the place in m
+    y       y of the place in m
     within  largest distance to the place in m
     """
 
@@ -182,6 +185,10 @@ class Check:
 def _require_positive(name: str, value: float) -> None:
     if not value > 0.0:
         raise KbotError(f"'{name}' must be above 0, not {value}")
+
+
+def _metres(value: float) -> str:
+    return f"{round(value, 3) + 0.0:g}"  # + 0.0 turns -0.0 into 0.0
 
 
 def _wrapped(

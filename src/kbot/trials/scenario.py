@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim.numbers import FURTHEST, LONGEST, positive, vector
@@ -81,7 +82,7 @@ class Program:
     """A controller in its own process.
 
     file        a Python file or an executable
-    arguments   of its command line, such as `_speed:=0.2`
+    arguments   arguments of its command line, such as `_speed:=0.2`
     transport   how a `kbot.Node` connects: `local`, `ros1` or `ros2`
     lockstep    whether time waits for it. Only a `kbot.Node` answers. Without it, the run keeps real time and
                 is not deterministic
@@ -99,8 +100,8 @@ class Program:
 class Scenario:
     """What is tried.
 
-    name         of the scenario
-    duration     simulated seconds
+    name         name of the scenario
+    duration     length of the run in simulated seconds
     steps        what happens
     expect       what is expected
     robot        by default it is given when the scenario is run
@@ -129,10 +130,16 @@ class Scenario:
         late = [step for step in self.steps if step.at > self.duration]
         if late:
             raise KbotError(
-                f"a step at {late[0].at:g} s is after the end of the scenario at {self.duration:g} s"
+                f"one of the steps is at {late[0].at:g} s, after the scenario ends at {self.duration:g} s"
             )
         if self.start is not None:
             vector("start", (self.start.x, self.start.y, self.start.yaw), FURTHEST)
+        for before, after in pairwise(step.at for step in self.steps if step.at):
+            if after < before:
+                raise KbotError(
+                    f"the steps are not in the order of time: {after:g} s follows {before:g} s, "
+                    "but a step waits for the previous one"
+                )
         _require_quantities(self.until)
 
 

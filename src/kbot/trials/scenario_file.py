@@ -115,7 +115,7 @@ def _read(source: Source, name: str, errors: DiagnosticCollector) -> Scenario | 
     try:
         document = read_yaml(source, _NUMBERS)
     except YamlError as error:
-        errors.error(NOT_YAML, error.problem, Origin(error.span))
+        errors.error(NOT_YAML, error.problem, Origin(error.span), _yaml_hint(error.problem))
         return name
     at = Place(document, DiagnosticCollector())
     data: Any = document.data
@@ -126,6 +126,17 @@ def _read(source: Source, name: str, errors: DiagnosticCollector) -> Scenario | 
     found = _format(name).read(data, at)
     errors.diagnostics += sorted(at.errors.diagnostics, key=_position)
     return name if at.errors.diagnostics else found
+
+
+def _yaml_hint(problem: str) -> str:
+    """What to do about an error of YAML, whose own words name the parts of a parser."""
+    if r"'\t'" in problem:
+        return "indent with spaces: YAML does not accept tabs"
+    if "flow" in problem:
+        return "separate entries by commas, and close each { with } and each [ with ]"
+    if "block" in problem or "mapping values are not allowed" in problem:
+        return "check the indentation: keys of one mapping, and items of one list, begin in the same column"
+    return ""
 
 
 def _position(error: Diagnostic) -> int:

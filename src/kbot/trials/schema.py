@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -115,7 +115,12 @@ class StepFormat:
             if key in self.times.entries:
                 times[key] = each
             elif key not in self.actions:
-                hint = suggest_or_list(str(key), [*self.actions, *self.times.entries])
+                owner = next((name for name in names if str(key) in _keys(self.actions[name])), "")
+                hint = (
+                    f"it is a key of '{owner}': indent it further"
+                    if owner
+                    else suggest_or_list(str(key), [*self.actions, *self.times.entries])
+                )
                 (at / key).error(KEY_UNKNOWN, f"unknown key '{key}'", hint, at_key=True)
                 is_fine = False
         if is_fine and len(names) != 1:
@@ -152,6 +157,12 @@ class ExpectationFormat:
         elif isinstance(value, dict) and len(value) == 1:
             ((key, settings),) = value.items()
             name, inner = str(key), at / key
+        elif isinstance(value, dict) and value:
+            return at.error(
+                VALUE_WRONG,
+                f"an item of 'expect' needs one name, not {len(value)}: {', '.join(map(str, value))}",
+                "begin each expectation with '- ', and indent its settings further",
+            )
         else:
             return at.expected(self.label, value)
         if name in self.kinds:
@@ -232,7 +243,7 @@ def scenario_format() -> Record:
         },
     )
     # the file's name is the default
-    name = Entry(Text(), "of the scenario; by default that of the file", "")
+    name = Entry(Text(), "name of the scenario; by default that of the file", "")
     return Record(Scenario, {**found.entries, "name": name}, "A scenario of kbot try.")
 
 
@@ -268,6 +279,10 @@ def json_schema() -> Schema:
             "range": record(Range).schema(),
         },
     }
+
+
+def _keys(action: Format) -> Container[str]:
+    return action.entries if isinstance(action, Record) else ()
 
 
 def _is_measure(name: str) -> bool:

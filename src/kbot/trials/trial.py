@@ -22,6 +22,7 @@ from kbot.sim import Simulation
 from kbot.sim.script import Script
 from kbot.text import DescriptionError, KbotError
 from kbot.text.errors import Stopped
+from kbot.text.suggest import suggest_or_list
 from kbot.trials.actions import (
     AddObject,
     Command,
@@ -32,10 +33,10 @@ from kbot.trials.actions import (
     Push,
     RemoveObject,
 )
-from kbot.trials.expectations import Bound
+from kbot.trials.expectations import Bound, NeverTouches
 from kbot.trials.failure import failure_time
 from kbot.trials.measures import all_measures
-from kbot.trials.results import TrialResult
+from kbot.trials.results import MeasureResult, TrialResult
 from kbot.trials.scenario import RobotSource, Scenario, Step, holds
 from kbot.trials.surroundings import concerned_lines, surroundings
 from kbot.trials.trace import RATE, Event, Sampler
@@ -92,7 +93,8 @@ def first_error(error: KbotError) -> str:
     """An error in one line, with file, line and column if it has them."""
     if isinstance(error, DescriptionError):
         errors = [found for found in error.diagnostics if found.is_error] or list(error.diagnostics)
-        more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
+        rest = len(errors) - 1
+        more = f" (and {rest} more error{'s' if rest > 1 else ''})" if rest else ""
         return f"{one_line(str(errors[0]))}{more}"
     return one_line(str(error))
 
@@ -131,12 +133,16 @@ def _run(
             outputs = RunOutputs(lambda _: None, RecordOptions(record), _peers(scenario))
             stack.callback(outputs.close)
             outputs.join(simulation, "", world)
+        known = {body.name for body in simulation.world.bodies}
         error = stage.run()
+        known |= {body.name for body in simulation.world.bodies} | set(simulation.robots)
+        error = error or _unknown_object(scenario, known)
         trace = stage.sampler.trace()
         values: dict[str, float] = {}
         if with_all_values:
             values = {measure.name: measure.compute(trace) for measure in all_measures(trace)}
         measures = tuple(result for each in scenario.expect for result in each.results(trace))
+        measures += stage.steps_begun()
         result = TrialResult(
             scenario.name,
             seed,
@@ -189,6 +195,17 @@ def _quantities(scenario: Scenario) -> set[str]:
     return names | {each.measure for each in scenario.expect if isinstance(each, Bound)}
 
 
+def _unknown_object(scenario: Scenario, known: set[str]) -> str:
+    """Why an expectation about an object cannot fail: there was no such object. Empty if there was."""
+    known = known | {step.action.name for step in scenario.steps if isinstance(step.action, AddObject)}
+    for each in scenario.expect:
+        for name in each.objects if isinstance(each, NeverTouches) else ():
+            if name not in known:
+                hint = suggest_or_list(name, sorted(known))
+                return f"never_touches: no object has the name '{name}': {hint}"
+    return ""
+
+
 class _Ended(Stopped):
     """The scenario is over. It ends a script, which may still be running."""
 
@@ -223,6 +240,18 @@ class _Stage:
         finally:
             self._timer.cancel()
         return "" if self._failure is None else first_error(self._failure)
+
+    def steps_begun(self) -> tuple[MeasureResult, ...]:
+        """A failed measure if steps have not begun: the run did not test what the scenario describes."""
+        if not self._waiting or self._failure is not None:
+            return ()
+        step, count = self._waiting[0], len(self._scenario.steps)
+        begun = count - len(self._waiting)
+        place = f"{step.place}: " if step.place else ""
+        now = self.sampler.now
+        values = ", ".join(f"{name} is {now[name]:.4g}" for name in step.when)
+        why = f"{place}step {begun + 1} still waits for its condition: {values}" if values else ""
+        return (MeasureResult("steps_begun", float(begun), "", float(count), None, why),)
 
     def go(self, goal: PlanarPose, timeout: float | None) -> None:
         if self._goals is None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kbot.text.render import printable
+from kbot.text import Diagnostic
+from kbot.text.render import place, printable
 from kbot.trials.results import MeasureResult, TrialResult
 
 _GREEN, _RED, _BOLD = "32", "1;31", "1"
+_MOST_FINDINGS = 3
+"""Findings of a failed trial. `--html` shows more, with excerpts of the sources."""
 
 
 def table(results: Sequence[TrialResult], *, color: bool = False) -> str:
@@ -41,6 +44,8 @@ class _Row:
         line = f"{mark} {self.title:<{width}}  {more}{note}".rstrip() + "\n"
         if result.recording and not result.passed:
             line += f"    {replay_command(result)}\n"
+        if not result.passed:
+            line += "".join(f"    {_finding(found)}\n" for found in result.findings[:_MOST_FINDINGS])
         return line
 
 
@@ -50,6 +55,12 @@ def replay_command(result: TrialResult) -> str:
 
     at = "" if result.failed_at is None else f" --at {max(0.0, result.failed_at - 1.0):.1f}"
     return f"kbot view {shlex.quote(result.recording)}{at}"
+
+
+def _finding(found: Diagnostic) -> str:
+    """What KBot found about the run, with its place in the sources as the user names them."""
+    where = f"{place(found.origin)}: " if found.origin else ""
+    return printable(f"{where}{found.severity}: {found.message} [{found.code}]")
 
 
 def _number(measures: Sequence[MeasureResult]) -> str:
