@@ -117,7 +117,8 @@ class Sweeping:
         self._values[source] = np.maximum(straight[source] - radius, 0.0)
         step = resolution * (weight[:, 1:] + weight[:, :-1]) / 2.0
         self._along = np.concatenate([np.zeros((rows, 1)), np.cumsum(step, axis=1)], axis=1)
-        self._scaled = weight * resolution
+        # the lengths of a straight, a diagonal and a knight's step into each cell
+        self._steps = [weight * (resolution * length) for length in (1.0, math.sqrt(2.0), math.sqrt(5.0))]
         self._sweeps = 0
         self._before = self._values.copy()
         self.is_done = False
@@ -138,21 +139,27 @@ class Sweeping:
         """Update a row from the two rows on one side of it, and then from within."""
         padded, columns = self._padded, self._values.shape[1]
         near, far = padded[row + 2 + side], padded[row + 2 + 2 * side]
-        diagonal = np.minimum(near[1 : columns + 1], near[3 : columns + 3])
-        diagonal += math.sqrt(2.0) * self._scaled[row]
-        knight = np.minimum(near[:columns], near[4:])
-        np.minimum(knight, far[1 : columns + 1], out=knight)
-        np.minimum(knight, far[3 : columns + 3], out=knight)
-        knight += math.sqrt(5.0) * self._scaled[row]
-        value = self._values[row]
-        np.minimum(value, diagonal, out=value)
-        np.minimum(value, knight, out=value)
-        np.minimum(value, near[2 : columns + 2] + self._scaled[row], out=value)
-        along = self._along[row]
-        forward = np.minimum.accumulate(value - along) + along
-        backward = np.minimum.accumulate((value + along)[::-1])[::-1] - along
-        np.minimum(forward, backward, out=forward)
-        np.minimum(value, forward, out=value)
+        straight, diagonal, knight = self._steps
+        minimum, value, along = np.minimum, self._values[row], self._along[row]
+        way = minimum(near[1 : columns + 1], near[3 : columns + 3])
+        way += diagonal[row]
+        minimum(value, way, out=value)
+        minimum(near[:columns], near[4:], out=way)
+        minimum(way, far[1 : columns + 1], out=way)
+        minimum(way, far[3 : columns + 3], out=way)
+        way += knight[row]
+        minimum(value, way, out=value)
+        np.add(near[2 : columns + 2], straight[row], out=way)
+        minimum(value, way, out=value)
+        np.subtract(value, along, out=way)
+        minimum.accumulate(way, out=way)
+        way += along
+        minimum(value, way, out=value)
+        np.add(value, along, out=way)
+        backwards = way[::-1]
+        minimum.accumulate(backwards, out=backwards)
+        way -= along
+        minimum(value, way, out=value)
 
     def result(self) -> CostToGo:
         """The lengths so far. Those in obstacles are a little above those of the nearest free cell."""

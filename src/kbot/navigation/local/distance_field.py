@@ -32,9 +32,10 @@ def distances(occupied: Cells, most: int) -> Values:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DistanceField:
-    """Distances in m to the nearest obstacle. `corner` is the lower left corner of the first cell in m.
+    """Distances in m to the nearest obstacle.
 
-    Outside of the field, the distance is `most`, the longest distance in the field."""
+    `corner` is the lower left corner of the first cell in m. `most` is the longest distance in the field, and
+    the distance outside of it. `values` has a border of such cells on each side."""
 
     values: Values
     corner: tuple[float, float]
@@ -46,16 +47,20 @@ class DistanceField:
         cls, occupied: Cells, corner: tuple[float, float], resolution: float, most: float
     ) -> DistanceField:
         cells = max(1, round(most / resolution))
-        return cls(
-            distances(occupied, cells) * np.float32(resolution), corner, resolution, cells * resolution
-        )
+        rows, columns = occupied.shape
+        values = np.full((rows + 2, columns + 2), cells * resolution, dtype=np.float32)
+        values[1:-1, 1:-1] = distances(occupied, cells) * np.float32(resolution)
+        return cls(values, corner, resolution, cells * resolution)
 
-    def at(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float32]:
         """The distances at points in m, with the value of the cell that holds each point."""
         rows, columns = self.values.shape
-        column = np.floor((x - self.corner[0]) / self.resolution).astype(np.intp)
-        row = np.floor((y - self.corner[1]) / self.resolution).astype(np.intp)
-        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        flat = np.where(inside, row * columns + column, 0)
-        found: NDArray[np.float64] = np.where(inside, self.values.ravel()[flat], self.most)
+        # 1 more for the border; the integer below a number that is not negative
+        column = (x - (self.corner[0] - self.resolution)) * (1.0 / self.resolution)
+        row = (y - (self.corner[1] - self.resolution)) * (1.0 / self.resolution)
+        for cell, last in ((column, columns - 1), (row, rows - 1)):
+            np.maximum(cell, 0.0, out=cell)
+            np.minimum(cell, last, out=cell)
+        flat = row.astype(np.intp) * columns + column.astype(np.intp)
+        found: Values = self.values.ravel().take(flat)
         return found

@@ -114,7 +114,7 @@ class LocalNavigator:
         inner = FootprintClearance(outline, 1.0).inner
         resolution = min(max(inner / _CELLS_PER_RADIUS, _FINEST), _COARSEST)
         self.grid = RollingGrid(resolution)
-        self._footprint = FootprintClearance(outline, resolution)
+        self._footprint = FootprintClearance(outline, 1.5 * resolution)
         self._outline = outline
         # a cell counts from its middle, but a beam may have ended anywhere in it
         margin = settings.margin + 0.5 * resolution

@@ -46,7 +46,7 @@ class SamplingSettings:
     reverse         share of the highest speed with which the robot may drive backwards
     """
 
-    batch_size: int = 300
+    batch_size: int = 200
     time_steps: int = 20
     model_dt: float = 0.1
     temperature: float = 0.08
@@ -56,7 +56,7 @@ class SamplingSettings:
     margin: float = 0.03
     room: float = 0.35
     room_weight: float = 2.5
-    reverse_weight: float = 1.0
+    reverse_weight: float = 3.0
     reverse: float = 0.3
 
 
@@ -100,11 +100,12 @@ class TrajectorySampling:
         """The speeds (m/s, rad/s) to command for the next `period` in s, after those last `commanded`."""
         self._advance(period)
         commands = self._samples()
-        costs, collides = self._costs(commands, pose, twist, field, cost_to_go)
+        least = self._least_clearance(pose, field)
+        costs, collides = self._costs(commands, pose, twist, field, cost_to_go, least)
         best = int(costs.argmin())
         share = np.exp((costs[best] - costs) / self.settings.temperature)
         mean = np.tensordot(share / share.sum(), commands, axes=1)
-        mean_cost, mean_collides = self._costs(mean[None], pose, twist, field, cost_to_go)
+        mean_cost, mean_collides = self._costs(mean[None], pose, twist, field, cost_to_go, least)
         # the mean of samples that pass an obstacle on both sides would lead into it
         if mean_collides[0] or mean_cost[0] > costs[best] + self.settings.temperature:
             mean = commands[best].copy()
@@ -143,7 +144,7 @@ class TrajectorySampling:
         drawn = self._random.standard_normal((count, settings.knots, 2)) * spread
         # half of the samples stay near the last trajectory, to refine it
         drawn[: count // 2] *= 0.3
-        changed = self._mean + np.einsum("tk,nkc->ntc", self._blend, drawn)
+        changed = self._mean + (drawn.transpose(0, 2, 1) @ self._blend.T).transpose(0, 2, 1)
         samples = np.concatenate([self._mean[None], self._arcs, changed])
         clipped: Values = np.clip(samples, self._low, self._high)
         return clipped
@@ -162,15 +163,20 @@ class TrajectorySampling:
         """Positions, headings and speeds (samples, steps) if the speeds follow the commands within the
         accelerations."""
         step, limits = self.settings.model_dt, self.limits
-        change = step * np.array([limits.acceleration, limits.angular_acceleration])
-        speeds = np.empty_like(commands)
-        speed = np.tile(np.array([twist.x, twist.yaw]), (len(commands), 1))
-        for at in range(commands.shape[1]):
-            target = commands[:, at].copy()
-            fastest = limits.turn_at(speed[:, 0])
-            target[:, 1] = np.clip(target[:, 1], -fastest, fastest)
-            speed = speed + np.clip(target - speed, -change, change)
-            speeds[:, at] = speed
+        faster, turning = step * limits.acceleration, step * limits.angular_acceleration
+        # steps first, because numpy is fastest on contiguous rows
+        targets = np.ascontiguousarray(commands.transpose(2, 1, 0))
+        speeds = np.empty_like(targets)
+        v = np.full(len(commands), twist.x)
+        w = np.full(len(commands), twist.yaw)
+        for at, (target, turn) in enumerate(zip(*targets, strict=True)):
+            fastest = limits.turn_at(v)
+            np.minimum(turn, fastest, out=turn)
+            np.maximum(turn, -fastest, out=turn)
+            v = np.minimum(np.maximum(target, v - faster), v + faster)
+            w = np.minimum(np.maximum(turn, w - turning), w + turning)
+            speeds[0, at], speeds[1, at] = v, w
+        speeds = speeds.transpose(2, 1, 0)
         v, w = speeds[..., 0], speeds[..., 1]
         turned = np.cumsum(w, axis=1) * step
         middle = pose.yaw + turned - w * (step / 2.0)
@@ -192,12 +198,14 @@ class TrajectorySampling:
         twist: PlanarTwist,
         field: DistanceField,
         cost_to_go: CostToGo,
+        least: float,
     ) -> tuple[Values, NDArray[np.bool_]]:
-        """The costs in m of the samples, and which of them collide."""
+        """The costs in m of the samples, and which of them collide: come nearer to an obstacle than
+        `least`."""
         settings = self.settings
         x, y, yaw, speeds = self._rollout(commands, pose, twist)
         clearance = self._footprint.of(field, x, y, yaw)
-        hits = clearance < self._least_clearance(pose, field)
+        hits = clearance < least
         collides: NDArray[np.bool_] = np.logical_or.reduce(hits, axis=1)
         first = np.where(collides, hits.argmax(axis=1), hits.shape[1])
         near = np.clip(1.0 - (clearance - settings.margin) / settings.room, 0.0, 1.0)
