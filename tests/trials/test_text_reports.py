@@ -43,6 +43,7 @@ def test_the_table_has_a_line_for_each_trial() -> None:
         == ["    warning: odometry is 14 % off [W301]"] * 3
     )
     assert table([replace(PASSED, findings=(found,))]).count("\n") == 1
+    assert table([BROKEN, replace(BROKEN, name="step")]).splitlines()[1] == "✗ step   the same error"
     assert table([]) == ""
     assert "\x1b[32m✓\x1b[0m" in table([PASSED], color=True)
 

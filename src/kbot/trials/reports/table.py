@@ -18,7 +18,11 @@ def table(results: Sequence[TrialResult], *, color: bool = False) -> str:
     rows = [_Row(result, color) for result in results]
     width = max((len(row.title) for row in rows), default=0)
     number_width = max((len(row.number) for row in rows), default=0)
-    return "".join(row.text(width, number_width) for row in rows)
+    before = [None, *rows[:-1]]
+    return "".join(
+        row.text(width, number_width, is_repeated=above is not None and row.repeats(above))
+        for row, above in zip(rows, before, strict=True)
+    )
 
 
 def summary(results: Sequence[TrialResult], seconds: float, *, color: bool = False) -> str:
@@ -36,10 +40,15 @@ class _Row:
         self.title = printable(result.title)
         self.number = _number(result.measures) if result.passed and result.measures else ""
 
-    def text(self, width: int, number_width: int) -> str:
+    def repeats(self, above: _Row) -> bool:
+        """Whether both have the same error, such as a robot that no scenario can load."""
+        return bool(self.result.error) and self.result.error == above.result.error
+
+    def text(self, width: int, number_width: int, *, is_repeated: bool) -> str:
         result = self.result
         mark = _paint("✓", _GREEN, self.color) if result.passed else _paint("✗", _RED, self.color)
-        more = printable(result.reason or "") if not result.passed else self.number.ljust(number_width)
+        reason = "the same error" if is_repeated else printable(result.reason or "")
+        more = reason if not result.passed else self.number.ljust(number_width)
         note = "" if result.is_deterministic else "  (ran in real time: not deterministic)"
         line = f"{mark} {self.title:<{width}}  {more}{note}".rstrip() + "\n"
         if result.recording and not result.passed:
