@@ -38,7 +38,7 @@ def test_the_strongest_cause_and_measure_come_first() -> None:
 def test_equal_descriptions_have_no_measures() -> None:
     same = Comparison("a.xacro", "b.xacro")
     assert same.to_json() == {"schema": 1, "changed": False, "measures": [], "causes": []}
-    assert to_text(same) == "no change: b.xacro behaves as a.xacro, because their descriptions say the same"
+    assert to_text(same) == "no change: b.xacro behaves as a.xacro, because their descriptions are equivalent"
     assert "behaves as before" in to_markdown(same)
 
 

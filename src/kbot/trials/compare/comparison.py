@@ -18,7 +18,7 @@ SCHEMA = 1
 class Comparison:
     """How robot `after` behaves compared with robot `before`.
 
-    differences  all measures of all scenarios; none if the descriptions say the same
+    differences  all measures of all scenarios; none if the descriptions are equivalent
     causes       strongest first
     """
 
@@ -112,7 +112,7 @@ def to_markdown(comparison: Comparison) -> str:
 
 def _measured(comparison: Comparison) -> str:
     if not comparison.differences:
-        return ", because their descriptions say the same"
+        return ", because their descriptions are equivalent"
     scenarios = len({difference.scenario for difference in comparison.differences})
     word = "scenario" if scenarios == 1 else "scenarios"
     return f" ({len(comparison.differences)} measures of {scenarios} {word})"
