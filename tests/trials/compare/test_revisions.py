@@ -274,3 +274,34 @@ def test_a_submodule_has_no_files(repository: Path):
     git(repository, "update-index", "--add", "--cacheinfo", f"160000,{head},src/module")
     git(repository, "commit", "-q", "-m", "module")
     assert links("HEAD:src/robot") == ["second"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs symbolic links")
+def test_links_that_lead_outside_only_through_other_links_are_left_out(repository: Path) -> None:
+    (repository / "links").mkdir()
+    (repository / "links" / "a").symlink_to("z/z/z/../../../../secret")
+    (repository / "links" / "z").symlink_to(".")
+    (repository / "links" / "same").symlink_to("z/z/a.txt")
+    (repository / "links" / "a.txt").write_text("text")
+    (repository.parent / "secret").write_text("secret")
+    commit(repository)
+    with opened("HEAD:src/robot") as found:
+        assert isinstance(found, Description)
+        links = Path(found.tree, "links")
+        assert not (links / "a").is_symlink()
+        assert (links / "same").read_text() == "text"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_a_pipe_in_place_of_a_large_file_is_not_read(repository: Path) -> None:
+    digest = 64 * "a"
+    (repository / "mesh.stl").write_text(
+        f"version https://git-lfs.github.com/spec/v1\noid sha256:{digest}\nsize 5\n"
+    )
+    commit(repository)
+    place = repository / ".git" / "lfs" / "objects" / "aa" / "aa" / digest
+    place.parent.mkdir(parents=True)
+    os.mkfifo(place)
+    with opened("HEAD:src/robot") as found:
+        assert isinstance(found, Description)
+        assert Path(found.tree, "mesh.stl").read_text().startswith("version https://git-lfs")

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,14 +64,15 @@ class Repository:
         Raises:
             KbotError: there is none, git refuses it, or git is not installed.
         """
-        found = _git(folder, "rev-parse", "--show-toplevel", "--show-prefix")
+        found = _git(folder, "rev-parse", "--show-toplevel")
         if found.returncode:
             reason = _reason(found)
             if "not a git repository" in reason:
                 raise KbotError(f"{folder} is not in a git repository, so that it has no revisions")
             raise KbotError(f"git does not read the repository at {folder}: {reason}")
-        top, prefix, *_ = [*os.fsdecode(found.stdout).split("\n"), ""]
-        return cls(os.path.realpath(top), prefix)
+        top = os.path.realpath(os.fsdecode(found.stdout).removesuffix("\n"))
+        inner = os.path.relpath(os.path.realpath(folder), top).replace(os.sep, "/")
+        return cls(top, "" if inner == "." else f"{inner}/")
 
     def commit(self, revision: str) -> str:
         """The object name of a revision's commit.
@@ -158,8 +159,10 @@ def _write(
                     target.parent.mkdir(parents=True, exist_ok=True)
                     target.write_bytes(_without_pointer(repository, data))
                 # links come last, so that no file is written through one
-                for path, _ in links:
-                    _link(Path(folder), path, os.fsdecode(_blob(process.stdout, path)))
+                made = [
+                    _link(Path(folder), path, os.fsdecode(_blob(process.stdout, path))) for path, _ in links
+                ]
+                _remove_outward(Path(folder), filter(None, made))
             finally:
                 process.kill()
 
@@ -176,23 +179,34 @@ def _blob(stream: IO[bytes], path: str) -> bytes:
     return data
 
 
-def _link(folder: Path, path: str, goal: str) -> None:
-    """A symbolic link to a file in the same tree. Windows may forbid links, and then it is left out."""
+def _link(folder: Path, path: str, goal: str) -> Path | None:
+    """A symbolic link in the same tree. Windows may forbid links, and then it is left out.
+
+    In a malicious tree, its folder may be a link that was just written.
+    """
     place = folder / path
-    inside = (place.parent / goal).resolve()
-    if Path(goal).is_absolute() or not inside.is_relative_to(folder) or place.exists():
-        return
+    if Path(goal).is_absolute() or os.path.realpath(place.parent) != str(place.parent) or place.exists():
+        return None
     place.parent.mkdir(parents=True, exist_ok=True)
     with suppress(OSError, NotImplementedError):
         place.symlink_to(goal)
+    return place
+
+
+def _remove_outward(folder: Path, links: Iterable[Path]) -> None:
+    """Remove the links out of the tree. Where a link leads depends on the other ones, so all are there."""
+    for link in [each for each in links if not Path(os.path.realpath(each)).is_relative_to(folder)]:
+        link.unlink(missing_ok=True)
 
 
 def _without_pointer(repository: Repository, data: bytes) -> bytes:
     """The file that a pointer of Git LFS stands for, if it was fetched."""
     found = _OBJECT.search(data) if data.startswith(_POINTER) else None
     if found is not None:
+        file = repository.object(found[1].decode())
         with suppress(OSError):
-            return repository.object(found[1].decode()).read_bytes()
+            if file.is_file() and file.stat().st_size <= _MOST_BYTES:  # not a device, which has no end
+                return file.read_bytes()
     return data
 
 
