@@ -7,12 +7,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from kbot.text import KbotError
+from kbot.text.notes import note
 from kbot.trials.compare.causes import Cause, Key, explain, relevant_changes
 from kbot.trials.compare.comparison import Comparison
 from kbot.trials.compare.edits import Edit, Edits, Variant
 from kbot.trials.compare.revisions import Description
 from kbot.trials.compare.significance import Difference, differences
-from kbot.trials.pool import LOADING_SECONDS, SECONDS_PER_SECOND, Pool
+from kbot.trials.pool import LOADING_SECONDS, SECONDS_PER_SECOND, Pool, sentence
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import Scenario
 from kbot.trials.trial import run_trial
@@ -41,14 +43,19 @@ def compare(
     are known so far.
 
     Raises:
+        KbotError: A completed no scenario.
         KeyboardInterrupt: Ctrl-C ended the trials.
     """
     changes = relevant_changes(edits)
     if not changes:
         return Comparison(before.name, after.name)
     trials = _Trials(pool, on_progress)
-    all_edits = frozenset(edits.all)
-    original, edited = trials.run(scenarios, (edits.variant(()), edits.variant(all_edits)))
+    # different robots may have no valid mixture: A with the edits of B may include files that A does not have
+    is_mixable = edits.behaves_like_after(edits.all)
+    target = edits.variant(edits.all if is_mixable else (edits.whole,))
+    original, edited = trials.run(scenarios, (edits.variant(()), target))
+    _require_a_run(original, before.name)
+    _require_a_run(edited, after.name, is_edited=True)
     found = [d for name in original for d in differences(original[name], edited[name])]
     known: dict[frozenset[Edit], list[Difference]] = {
         frozenset(edit for change in changes for edit in change.edits): found
@@ -64,6 +71,22 @@ def compare(
     causes = explain(changes, effects) if affected else ()
     named = tuple(_with_shown_files(cause, before, after) for cause in causes)
     return Comparison(before.name, after.name, tuple(found), named)
+
+
+def _require_a_run(
+    results: Mapping[str, Sequence[TrialResult]], name: str, *, is_edited: bool = False
+) -> None:
+    """Report the scenarios that a robot did not complete. An edited robot may complete none: it changed.
+
+    Raises:
+        KbotError: the robot completed no scenario.
+    """
+    failed = {scenario: each.error for scenario, own in results.items() for each in own if each.error}
+    texts = [f"{name} did not complete the scenario '{each}': {error}" for each, error in failed.items()]
+    if len(failed) == len(results) and not is_edited:
+        raise KbotError(texts[0])
+    for text in texts:
+        note(text)
 
 
 def _with_shown_files(cause: Cause, before: Description, after: Description) -> Cause:
@@ -103,7 +126,8 @@ class _Trials:
             number: defaultdict(list) for number in range(len(robots))
         }
         for run, outcome in zip(runs, outcomes, strict=True):
-            failed = TrialResult(run.scenario.name, run.seed, error="the trial did not end")
+            error = outcome.error if outcome is not None else None
+            failed = TrialResult(run.scenario.name, run.seed, error=sentence(error, "the trial"))
             result = outcome.value if outcome is not None else None
             found[robots.index(run.robot)][run.scenario.name].append(result or failed)
         return list(found.values())
