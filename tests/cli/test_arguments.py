@@ -1,5 +1,6 @@
 """Tests how the words of a command line are parsed."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,16 @@ def test_a_file_whose_name_has_an_equals_sign_is_a_file(
     monkeypatch.chdir(tmp_path)
     Path("a=b.xacro").write_text("<robot/>")
     assert split_arguments(["a=b.xacro"]) == (["a=b.xacro"], {})
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such names")
+def test_a_folder_whose_name_looks_like_an_argument_is_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("students", "wheel_radius:=1").mkdir(parents=True)
+    words = ["students/wheel_radius:=1/", "wheel_radius:=2"]
+    assert split_arguments(words) == (words[:1], {"wheel_radius": "2"})
 
 
 def test_an_argument_without_a_name_is_rejected() -> None:

@@ -10,12 +10,15 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
+from mcap.writer import Writer
 
+from kbot.cli import main
 from kbot.cli.compare import command as compare_command
-from kbot.model.load import SHIPPED_PACKAGE
+from kbot.model.load import SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError
 from kbot.trials import Command, RobotSource, Scenario, Step, run_trial
 
+NOTHING = {"schema": 1, "changed": False, "measures": [], "causes": []}
 DRIVE = """\
 duration: 3
 steps:
@@ -134,10 +137,62 @@ def test_markdown_is_written_for_a_pull_request(folder: Path) -> None:
         (("before", "after", "--battery", "strait"), "straight"),
     ],
 )
-def test_unusable_input_is_one_error(words: tuple[str, ...], message: str) -> None:
+def test_unusable_input_is_one_error(
+    words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(KbotError, match=message):
         run(*words)
-    result = run(*words, "--json")
-    assert result.return_value == 2
-    assert json.loads(result.stdout) == {"schema": 1, "changed": False, "measures": [], "causes": []}
-    assert message in result.stderr
+    assert main.run(["compare", *words, "--json"]) == 2
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == NOTHING
+    assert message in printed.err
+
+
+def test_ctrl_c_prints_an_object(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("kbot.cli.compare._compare", interrupted)
+    assert main.run(["compare", "before", "after", "--json"]) == 130
+    assert json.loads(capsys.readouterr().out) == NOTHING
+
+
+def test_a_scenario_that_does_not_run_with_a_is_an_error() -> None:
+    Path("bad.scenario.yaml").write_text(
+        "duration: 0.5\nsteps: [push: {link: gone, force: [1, 0, 0], duration: 0.1}]\n"
+    )
+    edit(Path("after", "urdf", "kbot.xacro"), "${-0.375*base_len}", "${-0.2*base_len}")
+    with pytest.raises(
+        KbotError, match=r"before did not complete the scenario 'bad': bad\.scenario\.yaml:2:"
+    ):
+        run("before", "after", "--scenario", "bad.scenario.yaml")
+
+
+def test_two_scenarios_with_one_name_are_an_error() -> None:
+    with pytest.raises(KbotError, match="two scenarios are named 'drive'"):
+        run("before", "after", "--scenario", "drive.scenario.yaml", "--scenario", "drive.scenario.yaml")
+
+
+def test_robots_that_cannot_be_mixed_are_compared(folder: Path) -> None:
+    """A cannot include the file that B has beside it."""
+    (folder / "alone").mkdir()
+    expanded = load_robot(str(folder / "after" / "urdf" / "kbot.xacro")).expansion.text
+    (folder / "alone" / "robot.urdf").write_text(expanded.replace("0.035", "0.036"))
+    result = compare("alone/robot.urdf", "after")
+    assert result["changed"]
+    assert {m["after"] for m in result["measures"] if m["measure"] == "completed"} <= {1.0}
+
+
+def test_a_recording_whose_time_jumps_is_an_error() -> None:
+    # two messages without frames, 30 years apart: stamp, two empty strings, and 85 numbers
+    data = bytes([0, 1, 0, 0]) + bytes(8) + 2 * bytes([1, 0, 0, 0, 0, 0, 0, 0]) + bytes(85 * 8)
+    with Path("jump.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("nav_msgs/msg/Odometry", "ros2msg", b"")
+        channel = writer.register_channel("/odom", "cdr", schema)
+        for time in (0, 10**18):
+            writer.add_message(channel, time, data, time)
+        writer.finish()
+    with pytest.raises(KbotError, match=r"spans 1000000000 s, more than a day"):
+        run("jump.mcap", "jump.mcap")

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 import click
 
 from kbot.cli.arguments import examples, json_option, output_file, package_path_option, split_arguments
-from kbot.cli.output import print_json, report_error
+from kbot.cli.output import print_json
 from kbot.cli.progress import busy
 from kbot.text.errors import KbotError
 from kbot.text.files import write_bytes, write_text
+from kbot.text.render import encodable
 
 if TYPE_CHECKING:
     from kbot.model import RobotModel
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
 @click.option(
     "-j",
     "--jobs",
-    type=click.IntRange(1),
+    type=click.IntRange(1, 256),
     metavar="N",
     show_default="one per core",
     help="Trials to run in parallel.",
@@ -102,18 +103,16 @@ def command(
             comparison, pair = _compare(words, scenarios, batteries, jobs, package_path, stack)
             if pair is None and (film is not None or show):
                 raise KbotError("--film and --show need robots. To see a recording, use kbot view FILE")
-        except (KbotError, click.ClickException) as error:
-            if not as_json:
-                raise
-            print_json(NO_RESULT)
-            report_error(error)
-            return 2
-        if markdown is not None:
-            write_text(markdown, to_markdown(comparison))
+        except (Exception, KeyboardInterrupt):
+            if as_json:
+                print_json(NO_RESULT)
+            raise
         if as_json:
             print_json(comparison.to_json())
         else:
             click.echo(to_text(comparison, all_rows=verbose))
+        if markdown is not None:  # after the result, which is not lost if the file cannot be written
+            write_text(markdown, encodable(to_markdown(comparison)))
         if pair is not None and film is not None:
             _film(pair, comparison, film)
         if pair is not None and show:
@@ -196,4 +195,8 @@ def _scenarios(robot: RobotModel, files: tuple[str, ...], batteries: tuple[str, 
 
         is_all = not batteries or "all" in batteries
         found += all_batteries(robot) if is_all else [battery(name, robot) for name in batteries]
+    names = [scenario.name for scenario in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise KbotError(f"two scenarios are named '{name}'. Rename one of them")
     return found

@@ -182,6 +182,11 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else " " if c in "\n\r\t" else ascii(c)[1:-1] for c in text)
 
 
+def encodable(text: str) -> str:
+    """Replace what UTF-8 cannot express by visible characters: file names may have any bytes."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
 @lru_cache(maxsize=4)  # many findings may be in one long line
 def _laid_out(raw: str) -> tuple[str, Sequence[int]]:
     """A line as it is printed, and the position of each of its characters (and of its end) in it."""

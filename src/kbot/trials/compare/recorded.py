@@ -16,6 +16,7 @@ from kbot.trials.compare.significance import differences
 from kbot.trials.measures import all_measures
 from kbot.trials.quantities import QUANTITIES
 from kbot.trials.results import TrialResult
+from kbot.trials.scenario import LONGEST_TRIAL
 from kbot.trials.trace import RATE, Trace
 
 _ODOMETRY = ("nav_msgs/msg/Odometry", "nav_msgs/Odometry")
@@ -70,6 +71,11 @@ def recorded_trace(path: str) -> Trace:
                 joints.setdefault(name, []).append((time, float(position)))
     if len(odometry) < _FEWEST:
         raise KbotError(f"{path} has no odometry (nav_msgs/Odometry), so its motion is unknown")
+    seconds = odometry[-1][0] - odometry[0][0]
+    if seconds > LONGEST_TRIAL:
+        raise KbotError(
+            f"the odometry of {path} spans {seconds:.0f} s, more than a day. Cut it with kbot bag cut"
+        )
     return _trace(odometry, truth if len(truth) >= _FEWEST else odometry, joints)
 
 

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 
+from kbot.text.render import encodable
 from kbot.trials.results import TrialResult
 
 PASS = "pass"
@@ -38,7 +39,7 @@ def grades(trials: Iterable[tuple[str, TrialResult]]) -> str:
                 *(_cell(_entry(results, column)) for column in columns),
             ]
         )
-    return text.getvalue()
+    return encodable(text.getvalue())
 
 
 def _entry(results: Sequence[TrialResult], title: str) -> str:
