@@ -5,7 +5,7 @@
 A `kbot.Node` reads a lidar and odometry, and commands a robot at 30 Hz, which does not divide the 50 ticks a
 second. Meanwhile, two processes per processor compute. `states` is the number of different end states, which
 must be 1. `ms/tick` is the wall-clock time of a tick in the median rerun, for physics, sensors, transport and
-controller, and `idle` that without the busy processes. `start` is the time until the program is ready.
+controller, and `not busy` that without these processes. `start` is the time until the program is ready.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ node.spin()
 
 def main(reruns: int, seconds: float) -> int:
     states = set[str]()
-    print("| transport | reruns | states | start in s | ms/tick | idle ms/tick |")
+    print("| transport | reruns | states | start in s | ms/tick | not busy |")
     print("| --- | --: | --: | --: | --: | --: |")
     with tempfile.TemporaryDirectory() as folder:
         controller = Path(folder) / "controller.py"
