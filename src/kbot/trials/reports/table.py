@@ -18,10 +18,9 @@ def table(results: Sequence[TrialResult], *, color: bool = False) -> str:
     rows = [_Row(result, color) for result in results]
     width = max((len(row.title) for row in rows), default=0)
     number_width = max((len(row.number) for row in rows), default=0)
-    before = [None, *rows[:-1]]
     return "".join(
-        row.text(width, number_width, is_repeated=above is not None and row.repeats(above))
-        for row, above in zip(rows, before, strict=True)
+        row.text(width, number_width, is_repeated=index > 0 and row.repeats(rows[index - 1]))
+        for index, row in enumerate(rows)
     )
 
 
