@@ -171,7 +171,10 @@ def _film(pair: _Pair, comparison: Comparison, path: str) -> None:
     scenario = next(each for each in pair.scenarios if each.name == names[0])
     kind = Path(path).suffix[1:].upper()
     with busy("drawing the film"):
-        film = film_before_and_after(scenario, scenario.seeds[0], pair.before, pair.after, kind=kind)
+        titles = f"{scenario.name}, before", f"{scenario.name}, after"
+        film = film_before_and_after(
+            scenario, scenario.seeds[0], pair.before, pair.after, titles=titles, kind=kind
+        )
     write_bytes(path, film)
 
 

@@ -89,9 +89,12 @@ def _odometry_distance(trace: Trace) -> float:
 
 
 def _slip(trace: Trace) -> float:
-    """The share of the way by odometry that the robot did not move."""
+    """The share of the way by odometry that the robot did not move.
+
+    At least -1, which means that it moved twice as far or more: it was pushed.
+    """
     way = _odometry_distance(trace)
-    return 1.0 - float(trace["distance"][-1]) / way if way > 0.01 else math.nan
+    return max(-1.0, 1.0 - float(trace["distance"][-1]) / way) if way > 0.01 else math.nan
 
 
 def _largest_acceleration(trace: Trace) -> float:
@@ -203,7 +206,7 @@ _BUILT_IN: tuple[Measure, ...] = (
         TENTH_DEGREE,
     ),
     Measure("odometry_path_length", "m", "length of the path by odometry", _odometry_distance, MILLIMETRE),
-    Measure("slip", "", "share of the way by odometry that the robot did not move", _slip, 0.01),
+    Measure("slip", "", "share of the way by odometry that the robot did not move, at least -1", _slip, 0.01),
     Measure("max_tilt", "rad", "largest angle to the vertical", _largest("tilt"), math.radians(0.5), 0.05),
     Measure("max_effort", "N m", "largest effort of a driving joint", _largest("effort"), 0.01, 0.05),
     Measure(
