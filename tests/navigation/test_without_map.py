@@ -45,6 +45,12 @@ def _ring(x, y, half):
     return [wall(f"ring_{number}", *between) for number, between in enumerate(ends)]
 
 
+def _run(words):
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    return ended.value.code or 0
+
+
 def test_a_goal_behind_an_unknown_trap_is_reached_without_a_contact(robot):
     simulation = Simulation(robot, _trap())
     trip = go_to_without_map(simulation, PlanarPose(2.0, 0.0), any_heading=True, arrive=0.1)
@@ -62,6 +68,47 @@ def test_a_goal_in_the_next_room_is_reached_with_its_heading(robot):
     assert trip.reached, trip.status
     assert not trip.collided
     assert trip.turned_off < 0.05
+
+
+def test_a_lidar_that_hangs_upside_down_and_is_turned_is_as_good(robot, tmp_path):
+    file = tmp_path / "hanging.urdf"
+    assert _run(["expand", "kbot", "lidar:=true", "-o", str(file)]) == 0
+    text = file.read_text()
+    joint = text.index('<joint name="lidar_joint"')
+    upright = 'rpy="0 0 0"'
+    at = text.index(upright, joint)
+    file.write_text(text[:at] + f'rpy="{math.pi} 0 2.0"' + text[at + len(upright) :])
+    hanging = load_robot(file).require()
+    up = Simulation(hanging).link_pose("lidar_link").rotation[2, 2]
+    assert up == pytest.approx(-1.0, abs=0.01)
+    simulation = Simulation(hanging, _trap())
+    trip = go_to_without_map(simulation, PlanarPose(2.0, 0.0), any_heading=True, arrive=0.1)
+    assert trip.reached, trip.status
+    assert not trip.collided
+
+
+def test_a_door_that_closes_makes_the_robot_take_another(robot):
+    simulation = Simulation(
+        robot,
+        _world(
+            wall("right", (1.0, -4.0), (1.0, -0.25)),
+            wall("middle", (1.0, 0.25), (1.0, 1.0)),
+            wall("left", (1.0, 1.6), (1.0, 4.0)),
+        ),
+    )
+
+    def close():
+        if simulation.time == pytest.approx(1.0):
+            simulation.models.spawn_thing("box", "door", 1.0, 0.0, size=(0.1, 0.45, 0.3))
+
+    simulation.clock.every(1.0, close)
+    crossed = []
+    simulation.clock.every(50.0, lambda: crossed.append(simulation.ground_truth.pose))
+    trip = go_to_without_map(simulation, PlanarPose(2.0, 0.0), any_heading=True, arrive=0.1)
+    assert trip.reached, trip.status
+    assert not trip.collided
+    nearest = min(crossed, key=lambda pose: abs(pose.x - 1.0))
+    assert 1.0 < nearest.y < 1.6
 
 
 def test_the_same_run_twice_is_the_same(robot):
@@ -215,12 +262,6 @@ def test_the_arrival_time_begins_with_the_movement(robot):
     assert trip.arrival == pytest.approx(3.3, abs=0.4)
     assert trip.arrival < trip.time - 0.8
     assert trip.map == "given"
-
-
-def _run(words):
-    with pytest.raises(SystemExit) as ended:
-        main(words)
-    return ended.value.code or 0
 
 
 def test_json_of_a_goal_without_a_map(capsys):
