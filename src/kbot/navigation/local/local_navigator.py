@@ -33,6 +33,8 @@ _CELLS_PER_RADIUS = 4.0
 """Cells from the robot's middle to its nearest side."""
 _FINAL = 0.3
 """m. Nearer to the goal, the robot drives straight to it, because samples of the speed do not hit a point."""
+_STOPS_WITHIN = 0.05
+"""m. A robot stops this near to a point by its own estimate even if it is fast."""
 _STRAIGHT = 2.0
 """It does so if the way is at most this many times as long as the straight line."""
 _DRIVING = 0.05
@@ -98,7 +100,7 @@ class LocalNavigator:
     """A controller that drives to goals with what lidars and odometry measure.
 
     `update` takes an observation with the estimated pose, and the new scans. `status` is the state of the
-    current goal. The robot stops by its own estimate, within half of the arrival radius."""
+    current goal. The robot stops by its own estimate, well within the arrival radius."""
 
     def __init__(
         self,
@@ -248,7 +250,9 @@ class LocalNavigator:
         return DistanceField.of(occupied, corner, self.grid.resolution, self._most)
 
     def _tolerance(self, run: _Run) -> float:
-        return run.arrive / 2.0
+        """The estimated distance in m at which the robot stops. The rest of the radius is for the estimate's
+        error: half of a small radius, since a robot does not stop more exactly, and more of a large one."""
+        return min(run.arrive / 2.0, max(run.arrive / 4.0, _STOPS_WITHIN))
 
     def _is_near(self, run: _Run, pose: PlanarPose, cost_to_go: CostToGo) -> bool:
         """Whether the robot is at the goal, or so near that it drives straight to it."""
