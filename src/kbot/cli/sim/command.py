@@ -130,7 +130,7 @@ class _RunOptions:
         "kbot sim kbot --world maze:size=8,seed=3 --pose 1,0,1.57",
         "kbot sim kbot --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
-        "kbot sim kbot lidar:=true --headless --world rooms --goto 1.8,1.8 --no-map --arrive 0.1",
+        "kbot sim kbot lidar:=true --headless --goto 1.8,1.8 --no-map",
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --script drive.py --json",
     ),
 )
