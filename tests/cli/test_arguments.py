@@ -42,6 +42,8 @@ def test_a_folder_whose_name_looks_like_an_argument_is_a_folder(
     Path("students", "wheel_radius:=1").mkdir(parents=True)
     words = ["students/wheel_radius:=1/", "wheel_radius:=2"]
     assert split_arguments(words) == (words[:1], {"wheel_radius": "2"})
+    monkeypatch.chdir(tmp_path / "students")
+    assert split_arguments(["wheel_radius:=1/"]) == (["wheel_radius:=1/"], {})
 
 
 def test_an_argument_without_a_name_is_rejected() -> None:

@@ -143,7 +143,7 @@ _NEARLY = re.compile(r"([A-Za-z_][\w.\-]*)\s*(=|:)(.*)", re.DOTALL)
 def split_arguments(words: Iterable[str]) -> tuple[list[str], dict[str, str]]:
     """The files and the `name:=value` arguments of a command line. The last value of a name wins.
 
-    `students/a:=b` is the folder if it exists: no argument has such a name.
+    `a:=b` is a path if it exists, so that one folder of a stranger does not change how the others are loaded.
 
     Raises:
         KbotError: a word is `name=value` instead of `name:=value`, or has no name.
@@ -153,7 +153,7 @@ def split_arguments(words: Iterable[str]) -> tuple[list[str], dict[str, str]]:
     for word in words:
         name, mark, value = word.partition(":=")
         nearly = _NEARLY.fullmatch(word)
-        if mark and not ("/" in name and os.path.exists(word)):  # noqa: PTH110 - any text will do
+        if mark and not os.path.exists(word):  # noqa: PTH110 - any text will do
             if not name.strip():
                 raise KbotError(f"'{word}' has no name before ':='. Write name:=value")
             arguments[name.strip()] = value
