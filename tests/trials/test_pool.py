@@ -6,14 +6,19 @@ import os
 import re
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from kbot.record.run_outputs import RunOutputs
+from kbot.text import KbotError
+from kbot.text.notes import notes_sent_to
 from kbot.trials import Bound, Command, RobotSource, RunScript, Scenario, Step, run_trial
 from kbot.trials.pool import Pool, Task, run_tasks
+from kbot.trials.recordings import record_failures
+from kbot.trials.results import TrialResult
 from kbot.trials.scenario_file import python_scenarios
 
 KBOT = RobotSource("kbot")
@@ -117,3 +122,29 @@ def test_an_error_in_a_function_of_a_scenario_names_its_line(tmp_path: Path) -> 
         (result,) = run_tasks(pool, [Task(Scenario("own", 1.0, robot=KBOT), 0, str(path))])
     assert result is not None
     assert "functions.py:3: ValueError: odd" in result.error
+
+
+def test_a_recording_that_is_not_complete_is_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    task = Task(SHORT)
+    failed = TrialResult("short", 0, failed_at=0.1, error="it fell over")
+
+    def run(pool: Pool, tasks: Sequence[Task], *_: object) -> list[TrialResult | None]:
+        Path(tasks[0].record).write_bytes(b"the disk is full from here")
+        return [replace(failed, recording="")]
+
+    monkeypatch.setattr("kbot.trials.recordings.run_tasks", run)
+    notes: list[str] = []
+    with Pool(1) as pool, notes_sent_to(notes.append):
+        (kept,) = record_failures(pool, [task], [failed], tmp_path)
+    assert kept == failed
+    assert list(tmp_path.iterdir()) == []
+    assert notes == [f"{tmp_path / 'short-seed0.mcap'} could not be written completely, and was removed"]
+
+
+def test_a_full_disk_gives_no_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def close(outputs: RunOutputs) -> None:
+        outputs.failure = KbotError("No space left on device")
+
+    monkeypatch.setattr(RunOutputs, "close", close)
+    result = run_trial(SHORT, record=str(tmp_path / "run.mcap"))
+    assert (result.recording, result.error) == ("", "")

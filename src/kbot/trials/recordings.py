@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from kbot.text.files import write_text
+from kbot.text.notes import note
 from kbot.trials.pool import Pool, Task, run_tasks
 from kbot.trials.results import TrialResult
 
@@ -49,8 +50,12 @@ def record_failures(
         for index, name in zip(failed, names, strict=True)
     ]
     kept = list(results)
-    for index, result in zip(failed, run_tasks(pool, again, on_result, limit), strict=True):
-        if result is not None and result.recording:
+    for index, task, result in zip(failed, again, run_tasks(pool, again, on_result, limit), strict=True):
+        if result is None or not result.recording:  # Ctrl-C, or the disk is full
+            Path(task.record).unlink(missing_ok=True)
+            if result is not None:
+                note(f"{task.record} could not be written completely, and was removed")
+        else:
             kept[index] = replace(
                 kept[index],
                 recording=result.recording,

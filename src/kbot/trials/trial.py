@@ -128,6 +128,7 @@ def _run(
         watch(simulation)
     needs_clearance = with_all_values or "clearance" in _quantities(scenario)
     stage = _Stage(simulation, scenario, Sampler(simulation, with_clearance=needs_clearance))
+    outputs: RunOutputs | None = None
     with ExitStack() as stack:
         if record or scenario.programs:
             outputs = RunOutputs(lambda _: None, RecordOptions(record), _peers(scenario))
@@ -141,6 +142,9 @@ def _run(
         values: dict[str, float] = {}
         if with_all_values:
             values = {measure.name: measure.compute(trace) for measure in all_measures(trace)}
+        if outputs is not None:
+            outputs.close()  # completes the recording
+        is_recorded = outputs is not None and outputs.failure is None
         measures = tuple(result for each in scenario.expect for result in each.results(trace))
         measures += stage.steps_begun()
         result = TrialResult(
@@ -155,7 +159,7 @@ def _run(
             surroundings=surroundings(simulation, scenario) if with_trace else None,
             source_lines=concerned_lines(robot, measures, trace) if with_trace else (),
             robot=robot.name,
-            recording=record,
+            recording=record if is_recorded else "",
             is_deterministic=all(program.lockstep for program in scenario.programs),
         )
         if result.error:
