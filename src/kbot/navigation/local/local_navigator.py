@@ -315,14 +315,15 @@ class LocalNavigator:
         self._track.append((observation.time, observation.pose.x, observation.pose.y))
 
     def _is_stalled(self, observation: Observation) -> bool:
-        """Whether the robot has stayed within half of its size for `patience`."""
+        """Whether the robot has stayed within its own radius for `patience`. A robot that returns from a dead
+        end has not."""
         time, pose, track = observation.time, observation.pose, self._track
         track.append((time, pose.x, pose.y))
         while len(track) > 1 and track[1][0] <= time - self.settings.patience:
             track.popleft()
-        then, x, y = track[0]
-        is_long = time - then >= self.settings.patience
-        return is_long and math.hypot(pose.x - x, pose.y - y) < self._footprint.outer
+        if time - track[0][0] < self.settings.patience:
+            return False
+        return all(math.hypot(pose.x - x, pose.y - y) < self._footprint.outer for _, x, y in track)
 
     def _recover(self, run: _Run, observation: Observation) -> Twist:
         """Back up and turn in turn, and forget what was detected before; after `attempts` times, give up."""

@@ -142,8 +142,9 @@ class TrajectorySampling:
         count = settings.batch_size - len(self._arcs) - 1
         spread = np.array([settings.vx_std, settings.wz_std]) * (self._high[0], self._high[1])
         drawn = self._random.standard_normal((count, settings.knots, 2)) * spread
-        # half of the samples stay near the last trajectory, to refine it
-        drawn[: count // 2] *= 0.3
+        # two thirds stay near the last trajectory, to refine it: in a narrow gap, all others collide
+        drawn[: count // 3] *= 0.1
+        drawn[count // 3 : 2 * count // 3] *= 0.3
         changed = self._mean + (drawn.transpose(0, 2, 1) @ self._blend.T).transpose(0, 2, 1)
         samples = np.concatenate([self._mean[None], self._arcs, changed])
         clipped: Values = np.clip(samples, self._low, self._high)
@@ -154,7 +155,7 @@ class TrajectorySampling:
         arcs = [(0.0, 0.0), (self._low[0], 0.0), (0.5 * self._low[0], 0.0)]
         arcs += [(0.0, turn * share) for share in (-0.5, -0.25, 0.25, 0.5)]
         shares = (-0.5, -0.25, -0.1, 0.0, 0.1, 0.25, 0.5)
-        arcs += [(forward * v, turn * w) for v, w in product((0.2, 0.5, 1.0), shares)]
+        arcs += [(forward * v, turn * w) for v, w in product((0.1, 0.3, 1.0), shares)]
         return np.repeat(np.array(arcs)[:, None], self.settings.time_steps, axis=1)
 
     def _rollout(
