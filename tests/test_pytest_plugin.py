@@ -90,7 +90,7 @@ def test_trial(trial):
     names = ["straight", "trial-seed1", "trial-seed2"]
     found = sorted(file.name for file in (project.path / "films").iterdir())
     assert found == [f"test_it.py-test_{name}.{kind}" for name in names for kind in ("mcap", "png", "webp")]
-    result.stdout.fnmatch_lines(["E   *Failed: distance_to_target is 0.3* m, above 0.1 m"])
+    result.stdout.fnmatch_lines(["E   *Failed: distance_to_target is 0.3* m, above 0.1 m (it ends at *)"])
     for file in (project.path / "films").glob("*.mcap"):
         assert "/odom" in Recording(str(file)).summary().topics
 
@@ -328,7 +328,7 @@ def test_fails_later(trial):
             r"E +Failed: distance_to_target is 1\.[56]\d+ m, above 0\.1 m",
             r"E +max_speed is 0\.1\d* m/s, above 0\.05 m/s",
             r"E +Failed: .*nose_joint.*",
-            r".*a step at 20 s is after the end of the scenario at 10 s",
+            r".*one of the steps is at 20 s, after the scenario ends at 10 s",
             r"0\.00 s: command 0\.1 m/s, 0 rad/s",
         ]
     )
