@@ -205,6 +205,18 @@ def package_path_option(function: _Function) -> _Function:
     )(function)
 
 
+def jobs_option(function: _Function) -> _Function:
+    """`-j N`, as `jobs: int | None`."""
+    return click.option(
+        "-j",
+        "--jobs",
+        type=click.IntRange(1, 256),
+        metavar="N",
+        show_default="one for each core",
+        help="Trials that run at the same time.",
+    )(function)
+
+
 def json_option(function: _Function) -> _Function:
     """`--json`, as `as_json: bool`."""
     return click.option("--json", "as_json", is_flag=True, help="Print JSON.")(function)

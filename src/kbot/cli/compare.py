@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kbot.cli.arguments import examples, json_option, output_file, package_path_option, split_arguments
+from kbot.cli.arguments import (
+    examples,
+    jobs_option,
+    json_option,
+    output_file,
+    package_path_option,
+    split_arguments,
+)
 from kbot.cli.output import print_json
 from kbot.cli.progress import busy
 from kbot.text.errors import KbotError
@@ -50,14 +57,7 @@ if TYPE_CHECKING:
     show_default="all, if there is no --scenario",
     help="Battery to run. Can be repeated. `kbot try --list` lists them.",
 )
-@click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(1, 256),
-    metavar="N",
-    show_default="one per core",
-    help="Trials to run in parallel.",
-)
+@jobs_option
 @click.option(
     "--markdown",
     callback=output_file(),
@@ -140,7 +140,7 @@ def _compare(
     """Compare robots or recordings. Revisions are extracted until `stack` is closed."""
     from kbot.trials.compare.edits import Edits
     from kbot.trials.compare.recorded import compare_recordings
-    from kbot.trials.compare.revisions import Recording, opened
+    from kbot.trials.compare.revisions import RecordingFile, opened
     from kbot.trials.compare.run import compare
     from kbot.trials.pool import Pool
 
@@ -148,9 +148,9 @@ def _compare(
     if len(names) != 2:
         raise KbotError(f"expected two robots or recordings, A and B, not {len(names)}")
     before, after = (stack.enter_context(opened(name, values, package_path)) for name in names)
-    if isinstance(before, Recording) and isinstance(after, Recording):
+    if isinstance(before, RecordingFile) and isinstance(after, RecordingFile):
         return compare_recordings(before.name, after.name), None
-    if isinstance(before, Recording) or isinstance(after, Recording):
+    if isinstance(before, RecordingFile) or isinstance(after, RecordingFile):
         raise KbotError("a recording can only be compared with a recording")
     with busy(f"loading {names[0]} and {names[1]}") as describe, Pool(jobs) as pool:
         edits = Edits(before, after)

@@ -16,6 +16,7 @@ from kbot.cli.arguments import (
     Within,
     collect_options,
     examples,
+    jobs_option,
     json_option,
     package_path_option,
     split_arguments,
@@ -87,14 +88,7 @@ class _Reports:
     help="Try the robots PATH with a built-in battery, with the scenarios of a file, or with all built-in "
     "batteries. Can be repeated.",
 )
-@click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(1, 256),
-    metavar="N",
-    show_default="one for each core",
-    help="Trials that run at the same time.",
-)
+@jobs_option
 @click.option(
     "--seed",
     type=click.IntRange(0),
@@ -216,13 +210,13 @@ def _reasons(tasks: Sequence[Task]) -> list[KbotError]:
 
 
 def _select(pool: Pool, paths: Sequence[str], values: dict[str, str], choice: _Choice) -> Selection:
-    from kbot.trials.selection import Changes, select_batteries, select_scenarios
+    from kbot.trials.selection import Overrides, select_batteries, select_scenarios
 
-    changes = Changes(values, choice.package_path, choice.seed)
+    overrides = Overrides(values, choice.package_path, choice.seed)
     with busy("reading scenarios"):
         if choice.battery:
-            return select_batteries(pool, paths, choice.battery, changes)
-        return select_scenarios(pool, paths, changes)
+            return select_batteries(pool, paths, choice.battery, overrides)
+        return select_scenarios(pool, paths, overrides)
 
 
 def _run(

@@ -46,6 +46,11 @@ _ROBOTS_KEPT = 4
 """Robots that a process keeps. Most runs try one robot."""
 
 
+def time_limit(scenario: Scenario) -> float:
+    """The processor time in seconds that a run of a scenario may take."""
+    return LOADING_SECONDS + SECONDS_PER_SECOND * scenario.duration
+
+
 @dataclass(frozen=True)
 class Task:
     """One trial to run in a pool.
@@ -77,8 +82,7 @@ class Task:
     @property
     def limit(self) -> float:
         """The processor time in seconds that the trial may take."""
-        film = FILM_SECONDS if self.with_film else 0.0
-        return LOADING_SECONDS + SECONDS_PER_SECOND * self.scenario.duration + film
+        return time_limit(self.scenario) + (FILM_SECONDS if self.with_film else 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,8 +31,8 @@ ALL = "all"
 
 
 @dataclass(frozen=True, slots=True)
-class Changes:
-    """What the command line changes in scenarios.
+class Overrides:
+    """What the command line overrides in scenarios.
 
     values    xacro arguments or top-level properties of the robot, by name
     packages  folders in which packages are searched first
@@ -70,7 +70,7 @@ class Selection:
         self.tasks.append(Task(Scenario(name, 1.0), robot=robot, error=error))
 
 
-def select_scenarios(pool: Pool, paths: Iterable[str], changes: Changes) -> Selection:
+def select_scenarios(pool: Pool, paths: Iterable[str], overrides: Overrides) -> Selection:
     """The trials of scenario files and of folders of them."""
     chosen = Selection()
     for path in paths:
@@ -84,15 +84,15 @@ def select_scenarios(pool: Pool, paths: Iterable[str], changes: Changes) -> Sele
             if scenario.robot is None:
                 reason = f"{found.file}: {NO_ROBOT.format(scenario.name)} {found.file}"
                 chosen.errors.append(KbotError(reason))
-                chosen.tasks += [replace(task, error=reason) for task in _tasks(found, changes)]
+                chosen.tasks += [replace(task, error=reason) for task in _tasks(found, overrides)]
                 continue
-            scenario = replace(scenario, robot=changes.robot(scenario.robot))
-            chosen.tasks += _tasks(replace(found, scenario=scenario), changes)
+            scenario = replace(scenario, robot=overrides.robot(scenario.robot))
+            chosen.tasks += _tasks(replace(found, scenario=scenario), overrides)
     return chosen
 
 
 def select_batteries(
-    pool: Pool, robots: Sequence[str], batteries: Sequence[str], changes: Changes
+    pool: Pool, robots: Sequence[str], batteries: Sequence[str], overrides: Overrides
 ) -> Selection:
     """The trials of batteries with robots. A battery is the name of a built-in one, `all`, or a file.
 
@@ -106,7 +106,7 @@ def select_batteries(
     for word in batteries:
         parts += _battery_parts(pool, word)
     names = tuple(each for each in parts if isinstance(each, str))
-    requests = [_Request(path, changes, names, may_skip=ALL in batteries) for path in robots]
+    requests = [_Request(path, overrides, names, may_skip=ALL in batteries) for path in robots]
     outcomes = pool.map(_prepare, requests, lambda _: WorkerLimits().seconds)
     for path, outcome in zip(robots, outcomes, strict=True):
         if outcome is None:  # Ctrl-C
@@ -119,7 +119,7 @@ def select_batteries(
                 if isinstance(each, str):
                     chosen.add_failed(each, reason, path)
                 else:
-                    chosen.tasks += [replace(task, error=reason) for task in _tasks(each, changes, path)]
+                    chosen.tasks += [replace(task, error=reason) for task in _tasks(each, overrides, path)]
             continue
         chosen.notes += outcome.value.skipped
         for each in parts:
@@ -131,7 +131,7 @@ def select_batteries(
             scenario = outcome.value.made[each] if isinstance(each, str) else each.scenario
             found = FoundScenario(scenario, "") if isinstance(each, str) else each
             placed = replace(scenario, robot=outcome.value.robot)
-            chosen.tasks += _tasks(replace(found, scenario=placed), changes, path)
+            chosen.tasks += _tasks(replace(found, scenario=placed), overrides, path)
     return chosen
 
 
@@ -157,7 +157,7 @@ class _Request:
     """
 
     path: str
-    changes: Changes
+    overrides: Overrides
     batteries: tuple[str, ...]
     may_skip: bool
 
@@ -179,7 +179,7 @@ class _Prepared:
 
 def _prepare(request: _Request) -> _Prepared:
     """Find and read a robot, in a process of the pool."""
-    found = _Prepared(request.changes.robot(RobotSource(_robot_path(request.path))))
+    found = _Prepared(request.overrides.robot(RobotSource(_robot_path(request.path))))
     robot = load_once(found.robot)
     for name in request.batteries:
         try:
@@ -194,11 +194,11 @@ def _prepare(request: _Request) -> _Prepared:
     return found
 
 
-def _tasks(found: FoundScenario, changes: Changes, robot: str = "") -> list[Task]:
+def _tasks(found: FoundScenario, overrides: Overrides, robot: str = "") -> list[Task]:
     scenario = found.scenario
     return [
         Task(scenario, seed, found.python_file, found.index, robot=robot)
-        for seed in changes.seeds or scenario.seeds
+        for seed in overrides.seeds or scenario.seeds
     ]
 
 

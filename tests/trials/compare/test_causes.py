@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kbot.trials.compare.causes import Change, Key, explain, minimal, relevant_changes
+from kbot.trials.compare.causes import Change, EffectKey, explain, minimal, relevant_changes
 from kbot.trials.compare.edits import Edit, Edits
-from kbot.trials.compare.model_equality import same_behaviour
+from kbot.trials.compare.model_equality import behaviour, is_same
 from kbot.trials.compare.revisions import Description
 from kbot.trials.compare.significance import Difference
 
@@ -60,7 +60,7 @@ def hidden_faults(
     for path, line, changed in faulty(rng, texts, kind):
         write(changed)
         loaded = after.load()
-        if not loaded.has_errors and not same_behaviour(one, loaded.require()):
+        if not loaded.has_errors and not is_same(behaviour(one), behaviour(loaded.require())):
             return path, line
     return None
 
@@ -222,7 +222,7 @@ class Simulations:
     def __init__(self, *rules: tuple[set[int], str, float]) -> None:
         self.rules, self.calls = rules, list[set[int]]()
 
-    def __call__(self, edits: frozenset[Edit]) -> Mapping[Key, Difference]:
+    def __call__(self, edits: frozenset[Edit]) -> Mapping[EffectKey, Difference]:
         lines = {edit.line for edit in edits}
         self.calls.append(lines)
         sizes: dict[str, float] = {}

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from kbot.model import RobotModel
 from kbot.model.load import load_robot
-from kbot.trials.compare.model_equality import same_behaviour
+from kbot.trials.compare.model_equality import behaviour, is_same
 
 from .generated_edits import ARGUMENTS, CORPUS, HARMLESS, KBOT, Robot, edit_harmlessly, texts_of, write
 
@@ -74,6 +75,10 @@ DIFFERENT = {
     "type": ('"t" type="continuous"', '"t" type="fixed"'),
     "damping": ('<child link="tyre"/>', '<child link="tyre"/><dynamics damping="0.1"/>'),
 }  # fmt: skip
+
+
+def same_behaviour(one: RobotModel, other: RobotModel) -> bool:
+    return is_same(behaviour(one), behaviour(other))
 
 
 def is_same_after(tmp_path: Path, old: str, new: str) -> bool:

@@ -20,7 +20,7 @@ from kbot.trials.compare.edits import Edit, Edits
 from kbot.trials.compare.significance import Difference
 
 T = TypeVar("T", bound=Hashable)
-Key = tuple[str, str]
+EffectKey = tuple[str, str]
 """A scenario and its measure."""
 
 _MOST_LINES = 24
@@ -44,7 +44,7 @@ class Cause:
     """Changes that affect measures: one, or several that do so only together (`is_interaction`)."""
 
     changes: tuple[Change, ...]
-    effects: Mapping[Key, Difference]
+    effects: Mapping[EffectKey, Difference]
 
     @property
     def is_interaction(self) -> bool:
@@ -56,7 +56,7 @@ class Cause:
         return max(effect.size for effect in self.effects.values())
 
 
-Measure = Callable[[frozenset[Edit]], Mapping[Key, Difference]]
+EffectsOf = Callable[[frozenset[Edit]], Mapping[EffectKey, Difference]]
 """Simulates A with some edits, and returns the effect on each measure. The result must not depend on the
 order of calls."""
 
@@ -77,25 +77,25 @@ def relevant_changes(edits: Edits) -> tuple[Change, ...]:
     return _joined(edits, needed)
 
 
-def explain(changes: Sequence[Change], measure: Measure) -> tuple[Cause, ...]:
+def explain(changes: Sequence[Change], effects_of: EffectsOf) -> tuple[Cause, ...]:
     """Which changes cause which significant effects, the strongest first.
 
     Each change is tried alone. For an effect that none of them has alone, the smallest group that has it is
-    searched by halving. `measure` is called once for each group; the first call has all changes.
+    searched by halving. `effects_of` is called once for each group; the first call has all changes.
     """
-    known: dict[frozenset[Edit], Mapping[Key, Difference]] = {}
+    known: dict[frozenset[Edit], Mapping[EffectKey, Difference]] = {}
 
-    def effects(group: Iterable[Change]) -> Mapping[Key, Difference]:
+    def effects(group: Iterable[Change]) -> Mapping[EffectKey, Difference]:
         chosen = frozenset(edit for change in group for edit in change.edits)
         if chosen not in known:
-            known[chosen] = {name: e for name, e in measure(chosen).items() if e.is_significant}
+            known[chosen] = {name: e for name, e in effects_of(chosen).items() if e.is_significant}
         return known[chosen]
 
-    def has_effect(name: Key, group: Iterable[Change]) -> bool:
+    def has_effect(name: EffectKey, group: Iterable[Change]) -> bool:
         return name in effects(group)
 
     every = effects(changes)
-    found: dict[tuple[Change, ...], dict[Key, Difference]] = {}
+    found: dict[tuple[Change, ...], dict[EffectKey, Difference]] = {}
     for change in changes if every else ():
         alone = effects((change,))
         if alone:

@@ -22,6 +22,7 @@ from kbot.text import DescriptionError, DiagnosticCollector, KbotError, read_sou
 from kbot.text.files import unsaved
 from kbot.trials.compare.element_order import in_order_of
 from kbot.trials.compare.model_equality import (
+    YAML_SUFFIXES,
     Value,
     behaviour,
     content,
@@ -35,14 +36,13 @@ from kbot.xacro import Packages
 from kbot.xacro.assignments import Assignments
 from kbot.xacro.packages import package_around, package_name
 
-_YAML = (".yaml", ".yml")
 _RENAMED = 0.6
 """The least similarity (from 0 to 1) of a file that is gone and a new one, to be one that was renamed."""
 _NO_ROBOT = "<robot/>"
 """The text of an included file that is gone. The include is optional, otherwise B would have an error."""
 
 Shape = TypeVar("Shape", Visual, Collision)
-Key = tuple[str, str]
+FileKey = tuple[str, str]
 """A file's package, empty for that of the robot, and its path there."""
 
 
@@ -64,7 +64,7 @@ class Edit:
     before: str
     after: str
     words: tuple[str, str]
-    key: Key
+    key: FileKey
     parts: tuple[TextEdit, ...]
 
 
@@ -134,7 +134,7 @@ class _Side:
         """The files that the description names, and those nearby, in the order of reading."""
         self.meshes = dict.fromkeys(map(self.key, self._mesh_paths()))
 
-    def key(self, path: str) -> Key:
+    def key(self, path: str) -> FileKey:
         place = Path(absolute(path))
         if str(place) == self.main:
             return "", ""  # the robots' own files match whatever their names are
@@ -144,7 +144,7 @@ class _Side:
             return "", Path(os.path.relpath(place, home)).as_posix()
         return package_name(str(package)), place.relative_to(package).as_posix()
 
-    def path(self, key: Key) -> str | None:
+    def path(self, key: FileKey) -> str | None:
         """Where this side has, or would have, a file. None if it does not have its package."""
         package, inner = key
         if not package:
@@ -175,12 +175,12 @@ class Edits:
         self._before, self._after = _Side(before), _Side(after)
         self.before, self.after = self._before.robot, self._after.robot
         self._before_behaviour, self._after_behaviour = behaviour(self.before), behaviour(self.after)
-        self._texts: dict[Key, tuple[str, str | None]] = {}
+        self._texts: dict[FileKey, tuple[str, str | None]] = {}
         """The texts in A and B of the files that differ. In A, a file that was renamed has its new name."""
-        self._old_paths: dict[Key, str] = {}
+        self._old_paths: dict[FileKey, str] = {}
         """Where A has the files that were renamed."""
         self.whole = Edit(after.file, 1, 1, "", "", ("", ""), ("", ""), ())
-        """Stands for everything, if A does not behave like B with all edits."""
+        """Replaces A by B, if A with all edits does not behave like B."""
         self._unused = Variant(before, self._before.given)
         """A with the new files of B, which A does not use without an edit, and with its parts in the order of
         B where the order does not matter."""
@@ -191,7 +191,7 @@ class Edits:
 
     def variant(self, edits: Iterable[Edit]) -> Variant:
         """Robot A with some of the edits. With `whole`, it is robot B."""
-        chosen: dict[Key, list[Edit]] = {}
+        chosen: dict[FileKey, list[Edit]] = {}
         for edit in edits:
             if edit is self.whole:
                 return Variant(self._after.description, self._after.given)
@@ -205,7 +205,7 @@ class Edits:
             old, new = self._texts[key]
             parts = [part for edit in own for part in edit.parts]
             if new is None:
-                texts[path] = "" if path.endswith(_YAML) else _NO_ROBOT
+                texts[path] = "" if path.endswith(YAML_SUFFIXES) else _NO_ROBOT
             else:
                 texts[path] = applied(old, new, parts) if parts else new
             if key in self._old_paths:
@@ -254,7 +254,7 @@ class Edits:
             for parts in edit_groups(old, new):
                 yield _edit(other or "", old, new, key, parts)
 
-    def _add_unused(self, key: Key, path: str | None, text: str | None) -> None:
+    def _add_unused(self, key: FileKey, path: str | None, text: str | None) -> None:
         """Give A a file of B that A does not have, or the whole package if A does not have it."""
         unused = self._unused
         if path is not None and text is not None:
@@ -278,7 +278,7 @@ class Edits:
         self._unused = variant
         return moved
 
-    def _renamed(self, key: Key, text: str) -> str | None:
+    def _renamed(self, key: FileKey, text: str) -> str | None:
         """The text in A of the file that has this key and text in B."""
         gone = (self._before.path(other) for other in self._before.texts if other not in self._after.texts)
         best, most = None, _RENAMED
@@ -313,7 +313,7 @@ def _behaviour_of(variant: Variant, packages: Packages | None = None) -> Value:
         return None
 
 
-def _edit(file: str, old: str, new: str, key: Key, parts: tuple[TextEdit, ...]) -> Edit:
+def _edit(file: str, old: str, new: str, key: FileKey, parts: tuple[TextEdit, ...]) -> Edit:
     part = parts[0]
     before, after = old[part.start : part.end], new[part.to_start : part.to_end]
     at = part.to_start + _common(before, after)

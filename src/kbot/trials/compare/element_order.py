@@ -1,4 +1,4 @@
-"""Puts the elements of an XML text in the order of another text, so that a difference of order is no edit."""
+"""Puts the elements of an XML text in the order of another text, so that their order alone is not an edit."""
 
 from __future__ import annotations
 

@@ -200,7 +200,7 @@ def _remove_outward(folder: Path, links: Iterable[Path]) -> None:
 
 
 def _without_pointer(repository: Repository, data: bytes) -> bytes:
-    """The file that a pointer of Git LFS stands for, if it was fetched."""
+    """The file to which a pointer of Git LFS refers, if it was fetched."""
     found = _OBJECT.search(data) if data.startswith(_POINTER) else None
     if found is not None:
         file = repository.object(found[1].decode())

@@ -31,19 +31,11 @@ RELATIVE = 1e-9
 ABSOLUTE = 1e-15
 """Difference of numbers that are 0 except for rounding, such as the cosine of pi/2, which is 6e-17. The
 smallest moment of inertia that the physics engine uses is 1e-14."""
-_YAML = (".yaml", ".yml")
+YAML_SUFFIXES = (".yaml", ".yml")
 _LOOKS = "material"
 """The child of `<gazebo>` that only sets colours."""
 _PLACE = re.compile(r"[A-Za-z]:[\\/]|/|file://")
 """The start of a word that names a file."""
-
-
-def same_behaviour(one: RobotModel, other: RobotModel) -> bool:
-    """Whether two robots behave the same in each simulation. False if in doubt.
-
-    The files that the models name are read: controller parameters, and the meshes that matter.
-    """
-    return is_same(behaviour(one), behaviour(other))
 
 
 def is_same(one: Value, other: Value) -> bool:
@@ -61,7 +53,10 @@ def is_same(one: Value, other: Value) -> bool:
 
 
 def behaviour(robot: RobotModel) -> Value:
-    """Everything in a robot's model on which its motion and sensors depend."""
+    """Everything in a robot's model on which its motion and sensors depend.
+
+    The files that the model names are read: controller parameters, and the meshes that matter.
+    """
     robot = with_nearby_drive(robot, DiagnosticCollector())
     moved = _moved(robot)
     return {
@@ -87,7 +82,7 @@ def parameter_files(robot: RobotModel) -> Iterator[str]:
         for element in (extension, *extension.descendants()):
             for word in " ".join((element.text, *element.attributes.values())).split():
                 path = _path(word)
-                if path is not None and path.endswith(_YAML):
+                if path is not None and path.endswith(YAML_SUFFIXES):
                     yield path
 
 
@@ -221,7 +216,7 @@ def _word(word: str) -> Value:
     path = _path(word)
     if path is None:
         return word
-    if path.endswith(_YAML):
+    if path.endswith(YAML_SUFFIXES):
         return _parameters(path)
     # where a file is does not matter
     return content(path) if Path(path).is_file() else Path(path).name

@@ -76,8 +76,8 @@ class Description:
 
 
 @dataclass(frozen=True)
-class Recording:
-    """A recording. `name` is its path."""
+class RecordingFile:
+    """A recorded run, whose path is `name`."""
 
     name: str
 
@@ -90,7 +90,7 @@ def absolute(path: str | os.PathLike[str]) -> str:
 @contextmanager
 def opened(
     word: str, values: Mapping[str, str] | None = None, package_path: Sequence[str] = ()
-) -> Iterator[Description | Recording]:
+) -> Iterator[Description | RecordingFile]:
     """The robot or recording that a word on the command line names.
 
     The word is a file, the folder or name of a package, a recording, or a git revision with the path of a
@@ -120,9 +120,9 @@ def opened(
         yield Description(word, file, given, (*own, *places), tree, repository.top)
 
 
-def _on_disk(word: str, values: dict[str, str], package_path: Sequence[str]) -> Description | Recording:
+def _on_disk(word: str, values: dict[str, str], package_path: Sequence[str]) -> Description | RecordingFile:
     if is_recording(word):
-        return Recording(word)
+        return RecordingFile(word)
     file = resolve_robot_path(word)
     if word != SHIPPED_NAME and not Path(word).exists() and not _looks_like_a_path(word):
         folder = Packages(package_path).folder(word)

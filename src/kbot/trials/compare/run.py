@@ -9,12 +9,12 @@ from pathlib import Path
 
 from kbot.text import KbotError
 from kbot.text.notes import note
-from kbot.trials.compare.causes import Cause, Key, explain, relevant_changes
+from kbot.trials.compare.causes import Cause, EffectKey, explain, relevant_changes
 from kbot.trials.compare.comparison import Comparison
 from kbot.trials.compare.edits import Edit, Edits, Variant
 from kbot.trials.compare.revisions import Description
 from kbot.trials.compare.significance import Difference, differences
-from kbot.trials.pool import LOADING_SECONDS, SECONDS_PER_SECOND, Pool, sentence
+from kbot.trials.pool import Pool, sentence, time_limit
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import Scenario
 from kbot.trials.trial import run_trial
@@ -62,7 +62,7 @@ def compare(
     }
     affected = [s for s in scenarios if any(d.is_significant for d in found if d.scenario == s.name)]
 
-    def effects(chosen: frozenset[Edit]) -> Mapping[Key, Difference]:
+    def effects(chosen: frozenset[Edit]) -> Mapping[EffectKey, Difference]:
         if chosen not in known:
             (changed,) = trials.run(affected, (edits.variant(chosen),))
             known[chosen] = [d for name in changed for d in differences(original[name], changed[name])]
@@ -119,7 +119,7 @@ class _Trials:
             self._done += 1
             self._on_progress(self._done, self._count)
 
-        outcomes = self._pool.map(_run, runs, _limit, count)
+        outcomes = self._pool.map(_run, runs, lambda run: time_limit(run.scenario), count)
         if self._pool.interrupted:
             raise KeyboardInterrupt
         found: dict[int, dict[str, list[TrialResult]]] = {
@@ -136,7 +136,3 @@ class _Trials:
 def _run(run: _Run) -> TrialResult:
     with run.robot.opened() as robot:
         return run_trial(run.scenario, run.seed, robot, with_all_values=True)
-
-
-def _limit(run: _Run) -> float:
-    return LOADING_SECONDS + SECONDS_PER_SECOND * run.scenario.duration

@@ -68,7 +68,7 @@ def differences(before: Sequence[TrialResult], after: Sequence[TrialResult]) -> 
     found = [completed]
     known = dict.fromkeys(key for result in (*before, *after) for key in result.all_values)
     for key in known:
-        found.append(_change(name, find_measure(key), _values(before, key), _values(after, key)))
+        found.append(_difference(name, find_measure(key), _values(before, key), _values(after, key)))
     return found
 
 
@@ -81,7 +81,7 @@ def _values(results: Sequence[TrialResult], key: str) -> list[float]:
     return [result.all_values.get(key, math.nan) for result in results]
 
 
-def _change(scenario: str, measure: Measure, before: list[float], after: list[float]) -> Difference:
+def _difference(scenario: str, measure: Measure, before: list[float], after: list[float]) -> Difference:
     mean_before, mean_after = _mean(before), _mean(after)
     paired = [after - before for before, after in zip(before, after, strict=True)]
     floors = (measure.floor, measure.relative * abs(mean_before), _uncertainty(paired))
