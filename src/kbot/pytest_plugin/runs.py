@@ -89,15 +89,14 @@ def run_scenario(
     if result.trace is not None:
         if not result.passed and is_filmed(item):
             result = run_filmed(scenario, seed, robot, record=recording_of(item))
-        world = load_world(scenario.world.replace("{seed}", str(seed)))
+        world = load_world(scenario.world_of(seed))
         item.stash[RUN] = lambda failed: (result, world)
     return result
 
 
 def reasons(result: TrialResult) -> str:
     """Why a trial failed, a line for each reason."""
-    failures = [measure.failure for measure in result.measures if not measure.passed]
-    return "\n".join([result.error, *failures] if result.error else failures)
+    return "\n".join(filter(None, (result.error, *result.failures)))
 
 
 def is_filmed(item: pytest.Item) -> bool:

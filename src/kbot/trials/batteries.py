@@ -14,6 +14,7 @@ from dataclasses import replace
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import RobotModel
+from kbot.navigation.controller import ControllerLimits
 from kbot.sim.injected_faults import Payload
 from kbot.sim.numbers import Vector
 from kbot.text import KbotError
@@ -23,6 +24,7 @@ from kbot.trials.commanded_motion import CommandedMotion
 from kbot.trials.expectations import Bound, Expectation, NeverTouches, Reaches, Settles, StaysUpright
 from kbot.trials.robot_facts import RobotFacts, robot_facts
 from kbot.trials.scenario import Range, Scenario, Step
+from kbot.world.builders import WALL_THICKNESS
 
 POSITION = 0.03
 """Largest distance from the commanded end, as a share of the path. Wheels of 1.1 times the size give 0.1."""
@@ -38,12 +40,8 @@ LEVEL = 0.01
 """Largest tilt of a base at rest on level ground, in rad: a centimetre per metre."""
 REST = 0.5
 """Seconds after the last commanded motion within which a robot is at rest."""
-NAVIGATION_SPEED = 0.3
+NAVIGATION_SPEED = ControllerLimits().linear
 """Speed in m/s of a robot that follows a path."""
-
-
-WALL_THICKNESS = 0.02
-"""Thickness in m of the walls of `rooms`. They reach into a door by half of it on each side."""
 
 
 class NotApplicable(KbotError):
@@ -202,7 +200,8 @@ def step(facts: RobotFacts) -> Scenario:
     """
     if facts.is_on_boxes:
         raise NotApplicable(
-            f"'step' does not apply: the tracks of robot '{facts.robot.name}' are boxes, which no edge lifts"
+            f"'step' does not apply: the tracks of robot '{facts.robot.name}' are boxes, "
+            "which cannot climb an edge"
         )
     size, speed = facts.size, 0.5 * cruising_speed(facts)
     rise = min(0.01, 0.1 * facts.drive.radius)

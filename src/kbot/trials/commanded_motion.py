@@ -9,8 +9,9 @@ from kbot.sim.recipe import SLEW_PERIOD
 from kbot.trials.actions import Command
 from kbot.trials.robot_facts import RobotFacts
 from kbot.trials.scenario import Step
+from kbot.trials.trace import RATE
 
-TICK = 0.02
+TICK = 1.0 / RATE
 """Seconds between the times at which steps of a scenario can begin."""
 _ORIGIN = PlanarPose()
 _LONGEST = 120.0

@@ -44,5 +44,5 @@ def _until(trace: Trace, samples: int) -> Trace:
         support={name: values[:samples] for name, values in trace.support.items()},
         events=tuple(event for event in trace.events if event.time <= end),
         touched=trace.touched[: int(trace["touched"][samples - 1])],
-        last_command=min(trace.last_command, float(end)),
+        last_step=min(trace.last_step, float(end)),
     )

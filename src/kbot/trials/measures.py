@@ -119,12 +119,12 @@ def _settling_time(trace: Trace) -> float:
         return 0.0
     if moving[-1] == len(trace) - 1:
         return math.nan
-    return max(0.0, float(trace["time"][moving[-1] + 1]) - trace.last_command)
+    return max(0.0, float(trace["time"][moving[-1] + 1]) - trace.last_step)
 
 
 def _stopping_distance(trace: Trace) -> float:
     """Way in m after the last step of the scenario."""
-    at = int(np.searchsorted(trace["time"], trace.last_command - 0.5 / RATE))
+    at = int(np.searchsorted(trace["time"], trace.last_step - 0.5 / RATE))
     return float(trace["distance"][-1] - trace["distance"][min(at, len(trace) - 1)])
 
 
@@ -284,14 +284,24 @@ def measures() -> dict[str, Measure]:
     return found
 
 
+def measure_names() -> list[str]:
+    """The names of all measures, with `NAME` in place of a link or joint."""
+    return [*measures(), *(f"{family}/NAME" for family in FAMILIES)]
+
+
+def is_measure(name: str) -> bool:
+    """Whether a measure has this name."""
+    family, _, part = name.partition("/")
+    return name in measures() or bool(part and family in FAMILIES)
+
+
 def find_measure(name: str) -> Measure:
     """The measure of a name. Raises KbotError for an unknown name, with the nearest ones."""
     family, _, part = name.partition("/")
     if part and family in FAMILIES:
         return FAMILIES[family].of(part)
     if name not in measures():
-        known = [*measures(), *(f"{each}/NAME" for each in FAMILIES)]
-        raise KbotError(f"unknown measure '{name}': {suggest_or_list(name, known)}")
+        raise KbotError(f"unknown measure '{name}': {suggest_or_list(name, measure_names())}")
     return measures()[name]
 
 

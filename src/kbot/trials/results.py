@@ -104,12 +104,16 @@ class TrialResult:
         """Why it failed, in one line. None if it passed."""
         if self.error:
             return self.error
-        failures = [measure.failure for measure in self.measures if not measure.passed]
-        return "; ".join(failures) if failures else None
+        return "; ".join(self.failures) or None
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """One sentence for each bound that is not kept."""
+        return tuple(measure.failure for measure in self.measures if not measure.passed)
 
     @property
     def title(self) -> str:
-        """The name, with the robot's if several robots are tried, and the seed if it is not 0."""
+        """The name, and the seed if it is not 0."""
         seed = f", seed {self.seed}" if self.seed else ""
         return f"{self.name}{seed}"
 

@@ -142,6 +142,10 @@ class Scenario:
                 )
         _require_quantities(self.until)
 
+    def world_of(self, seed: int) -> str:
+        """The world of the run with a seed."""
+        return self.world.replace("{seed}", str(seed))
+
 
 def _require_quantities(condition: Condition) -> None:
     for name in condition:

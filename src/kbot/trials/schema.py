@@ -31,7 +31,7 @@ from kbot.trials.formats import (
     record,
     summary_of,
 )
-from kbot.trials.measures import FAMILIES, measures
+from kbot.trials.measures import FAMILIES, is_measure, measure_names, measures
 from kbot.trials.places import find_file, find_regular_file, find_robot, find_world
 from kbot.trials.quantities import QUANTITIES
 from kbot.trials.scenario import Program, Range, RobotSource, Scenario, Step
@@ -167,8 +167,8 @@ class ExpectationFormat:
             return at.expected(self.label, value)
         if name in self.kinds:
             return self.kinds[name].read(settings, inner)
-        if not _is_measure(name):
-            known = [*self.kinds, *measures(), *(f"{family}/NAME" for family in FAMILIES)]
+        if not is_measure(name):
+            known = [*self.kinds, *measure_names()]
             what = f"unknown expectation or measure '{name}'"
             return inner.error(NAME_UNKNOWN, what, suggest_or_list(name, known), at_key=True)
         found = self.bounds.read_entries(settings if isinstance(settings, dict) else {}, inner)
@@ -283,11 +283,6 @@ def json_schema() -> Schema:
 
 def _keys(action: Format) -> Container[str]:
     return action.entries if isinstance(action, Record) else ()
-
-
-def _is_measure(name: str) -> bool:
-    family, _, part = name.partition("/")
-    return name in measures() or bool(part and family in FAMILIES)
 
 
 def _is_seed(value: object) -> bool:

@@ -47,7 +47,7 @@ class Trace:
     touched         the names of the touched objects and robots, in order
     touched_with    the link of the robot that first touched each
     joint_limits    lowest and highest position by joint; joints without limits are not included
-    last_command    time in s at which the last step of the scenario began
+    last_step       time in s at which the last step of the scenario began
     """
 
     columns: Mapping[str, Array]
@@ -57,7 +57,7 @@ class Trace:
     touched: tuple[str, ...] = ()
     touched_with: Mapping[str, str] = field(default_factory=dict)
     joint_limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    last_command: float = 0.0
+    last_step: float = 0.0
 
     def __getitem__(self, quantity: str) -> Array:
         return self.columns[quantity]
@@ -96,7 +96,7 @@ class Sampler:
         self.goals_reached = 0
         self.touched: dict[str, str] = {}
         self.events: list[Event] = []
-        self.last_command = 0.0
+        self.last_step = 0.0
         self.sample()
 
     @property
@@ -166,7 +166,7 @@ class Sampler:
             tuple(self.touched),
             dict(self.touched),
             self._limits,
-            self.last_command,
+            self.last_step,
         )
 
     def _work(self) -> float:

@@ -121,7 +121,7 @@ def _run(
     with_all_values: bool,
     with_trace: bool,
 ) -> TrialResult:
-    world = scenario.world.replace("{seed}", str(seed))
+    world = scenario.world_of(seed)
     simulation = Simulation(robot, world, seed, start=scenario.start)
     _mount_sensors(simulation, scenario, is_watched=watch is not None)
     if watch is not None:
@@ -292,7 +292,7 @@ class _Stage:
                 return
             del self._waiting[0]
             self.sampler.events.append(Event(now, str(step.action)))
-            self.sampler.last_command = now
+            self.sampler.last_step = now
             try:
                 step.action.begin(self)
             except KbotError as error:

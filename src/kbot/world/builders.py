@@ -13,6 +13,8 @@ WOOD: Rgba = (0.76, 0.58, 0.38, 1.0)
 ORANGE: Rgba = (0.90, 0.45, 0.13, 1.0)
 GREEN: Rgba = (0.33, 0.60, 0.40, 1.0)
 BLACK: Rgba = (0.08, 0.08, 0.09, 1.0)
+WALL_THICKNESS = 0.02
+"""Thickness in m of a wall by default. A wall of `rooms` reaches into a door by half of it on each side."""
 
 
 def floor(size: float = 40.0, friction: float = 1.0) -> Body:
@@ -50,7 +52,7 @@ def wall(
     start: tuple[float, float],
     end: tuple[float, float],
     height: float = 0.25,
-    thickness: float = 0.02,
+    thickness: float = WALL_THICKNESS,
 ) -> Body:
     """A wall on z = 0 between two points. It extends beyond them by half its thickness."""
     along, across = end[0] - start[0], end[1] - start[1]

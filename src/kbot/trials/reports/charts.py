@@ -138,9 +138,9 @@ def _bounds(measure: MeasureResult, trace: Trace, curves: Sequence[tuple[str, Ar
         return
     offset = 0.0
     if name == "settling_time":
-        offset = trace.last_command
+        offset = trace.last_step
     elif name == "stopping_distance":
-        at = int(np.searchsorted(trace["time"], trace.last_command - 1e-9))
+        at = int(np.searchsorted(trace["time"], trace.last_step - 1e-9))
         offset = float(curves[0][1][min(at, len(trace) - 1)])
     unit = f" {measure.unit}" if measure.unit else ""
     since = _since(measure.name, trace)

@@ -47,8 +47,9 @@ _DESCRIPTIONS = {
     "heading_to_target": "difference to the heading at the target at the end",
     "arrival_time": "time from which the robot stays at the target",
     "distance_from_path": "smallest distance of the path from this place",
+    "steps_begun": "number of steps of the scenario that began",
 }
-"""What measures of expectations are, which have no entry in the registry of measures."""
+"""Texts for measures that are not in the registry: those of expectations, and of steps that never began."""
 _CARETS = re.compile(r"^(\s*\|\s*)(\^+)$")
 _INVISIBLE = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]"
@@ -89,10 +90,10 @@ def html_report(results: Sequence[TrialResult], title: str = "KBot trials") -> s
         f"<p>Written by KBot {_text(version('kbot'))}.</p>",
         "</footer>",
     ]
-    return html_page(title, "\n".join(filter(None, body)))
+    return _page(title, "\n".join(filter(None, body)))
 
 
-def html_page(title: str, body: str) -> str:
+def _page(title: str, body: str) -> str:
     """A page with the style of reports. `body` is HTML. The page's policy allows no script and no network."""
     style = files("kbot.trials.reports").joinpath("report.css").read_text("utf-8")
     digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
@@ -109,7 +110,7 @@ def html_page(title: str, body: str) -> str:
     )
 
 
-def film_figure(film: bytes, caption: str, name: str = "Film") -> str:
+def _film_figure(film: bytes, caption: str) -> str:
     """A film that readers can close. Who prefers no motion, or prints, sees its last picture."""
     from kbot.render.film import still  # imported lazily: reports without films need no OpenGL
 
@@ -121,7 +122,7 @@ def film_figure(film: bytes, caption: str, name: str = "Film") -> str:
         )
     )
     return (
-        f'<details class="film" open><summary><h3>{_text(name)}</h3></summary><figure>{"".join(images)}'
+        f'<details class="film" open><summary><h3>Film</h3></summary><figure>{"".join(images)}'
         f"<figcaption>{_text(caption)}</figcaption></figure></details>"
     )
 
@@ -231,7 +232,7 @@ def _content(result: TrialResult, room: _Room) -> str:
     parts = []
     media = []
     if result.film and room.film(result.film):
-        media.append(f"<div>{film_figure(result.film, _film_caption(result))}</div>")
+        media.append(f"<div>{_film_figure(result.film, _film_caption(result))}</div>")
     if trace is not None and len(trace) > 0 and result.surroundings is not None:
         media.append(f"<div><h3>Path</h3>{_map(result, trace, result.surroundings)}</div>")
     if media:
@@ -271,9 +272,7 @@ def _subtitle(result: TrialResult) -> str:
 
 def _reasons(result: TrialResult) -> list[str]:
     """Why it failed: an error, or one sentence for each bound that is not kept."""
-    if result.error:
-        return [result.error]
-    return [measure.failure for measure in result.measures if not measure.passed]
+    return [result.error] if result.error else list(result.failures)
 
 
 def _status(result: TrialResult) -> str:

@@ -53,11 +53,7 @@ def _describe(case: ElementTree.Element, result: TrialResult) -> None:
         found = ElementTree.SubElement(case, kind, message=printable(result.reason))
         found.text = "\n".join(
             printable(line)
-            for line in (*([result.error] if result.error else _failures(result)), *map(str, result.findings))
+            for line in (*([result.error] if result.error else result.failures), *map(str, result.findings))
         )
     if result.recording:
         ElementTree.SubElement(case, "system-out").text = f"recording: {printable(result.recording)}"
-
-
-def _failures(result: TrialResult) -> list[str]:
-    return [measure.failure for measure in result.measures if not measure.passed]
