@@ -49,8 +49,8 @@ def tables() -> str:
         _records(expect.kinds),
         "### Measures\n",
         "Under the name of a measure, `min` and `max` bound its value. Each of them may be left out.\n",
-        "The floor, the larger of both, is the smallest difference that counts in "
-        "[`kbot compare`](compare.md).\n",
+        "The floor is the smallest difference that counts in [`kbot compare`](compare.md). "
+        "The larger of both values applies.\n",
         _measures(),
         "### Quantities\n",
         "`when` and `until` bound these values at any time, with `min` and `max`.\n",
@@ -95,7 +95,7 @@ def _measures() -> str:
     lines = []
     for each in (*measures().values(), *families):
         is_angle = each.unit == "rad"
-        floor = f"{math.degrees(each.floor):g}°" if is_angle else f"{each.floor:g} {each.unit}".rstrip()
+        floor = f"{math.degrees(each.floor):.2g}°" if is_angle else f"{each.floor:g} {each.unit}".rstrip()
         both = f"{floor} or {100.0 * each.relative:g} %"
         lines.append(f"| `{each.name}` | {each.unit} | {both} | {each.description} |\n")
     return "| measure | unit | floor | meaning |\n| --- | --- | --- | --- |\n" + "".join(lines)

@@ -70,10 +70,10 @@ class Moment:
 class Tape:
     """Keeps the moments of the last `seconds` of a run, at most `MOST_MOMENTS`. Nothing is drawn yet."""
 
-    def __init__(self, simulation: Simulation, seconds: float = 5.0, rate: float = RATE) -> None:
+    def __init__(self, simulation: Simulation, seconds: float = 5.0) -> None:
         self._simulation = simulation
-        self._moments = deque[Moment](maxlen=min(MOST_MOMENTS, max(2, round(seconds * rate) + 1)))
-        self._timer = simulation.clock.every(rate, self._add)
+        self._moments = deque[Moment](maxlen=min(MOST_MOMENTS, max(2, round(seconds * RATE) + 1)))
+        self._timer = simulation.clock.every(RATE, self._add)
         self._add()
 
     @property
@@ -105,7 +105,7 @@ def draw_film(moments: Sequence[Moment], look: Look = LOOK, kind: str = "WEBP") 
     """Return an animated picture of moments. `kind` is WEBP, GIF or PNG.
 
     Raises:
-        KbotError: off-screen OpenGL is not available. The message says what to install.
+        KbotError: off-screen OpenGL is not available. The message names the package to install.
     """
     return encode(list(frames((moments,), look)), kind)
 
@@ -120,7 +120,7 @@ def draw_side_by_side(
     """Return an animated picture of two runs, seen by the same camera, so that the difference is visible.
 
     Raises:
-        KbotError: off-screen OpenGL is not available. The message says what to install.
+        KbotError: off-screen OpenGL is not available. The message names the package to install.
     """
     return encode(list(frames((before, after), look, titles)), kind)
 
@@ -134,9 +134,9 @@ def still(film: bytes) -> bytes:
     return packed.getvalue()
 
 
-def encode(pictures: Sequence[Image.Image], kind: str = "WEBP", rate: float = RATE) -> bytes:
+def encode(pictures: Sequence[Image.Image], kind: str = "WEBP") -> bytes:
     """Return pictures as one animated picture that repeats."""
-    shown = [round(1000.0 / rate)] * (len(pictures) - 1) + [round(1000.0 * _HOLD)]
+    shown = [round(1000.0 / RATE)] * (len(pictures) - 1) + [round(1000.0 * _HOLD)]
     # a new key frame is a little different, so that a picture in which nothing moves would flicker
     options: dict[str, object] = {"quality": _QUALITY, "method": 2, "kmax": 0} if kind == "WEBP" else {}
     packed = io.BytesIO()

@@ -154,7 +154,7 @@ class StaysUpright:
 
 @dataclass(frozen=True, slots=True)
 class Settles:
-    """The robot comes to rest, until the end.
+    """The robot comes to rest, and rests until the end.
 
     within  seconds after the scenario's last step began
     """

@@ -31,7 +31,7 @@ def run_filmed(
     """Run a scenario as `run_trial` does, equal bit for bit, and keep its trace and a film.
 
     The film shows `last_seconds` until shortly after the failure, or until the end of a run that passed.
-    Without off-screen OpenGL, the result's `film_problem` says what to install.
+    Without off-screen OpenGL, the result's `film_problem` names the package to install.
     """
     result, moments = _run_taped(
         scenario, seed, robot, scenario.duration, with_all_values=with_all_values, record=record

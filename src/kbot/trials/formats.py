@@ -80,7 +80,7 @@ class Format(Protocol):
         """What the value is, such as `a number`."""
         ...
 
-    def read(self, value: object, at: Place) -> Any:  # noqa: ANN401 - the value that the format stands for
+    def read(self, value: object, at: Place) -> Any:  # noqa: ANN401 - the type depends on the format
         """The value for Python, or WRONG after an error."""
         ...
 
@@ -308,7 +308,7 @@ class Record:
     kind      the dataclass, or a function with its keywords
     entries   by key
     summary   one line
-    short     the key that a plain value stands for, if there is one
+    short     the key to which a plain value belongs; empty if a mapping is required
     """
 
     kind: Callable[..., object]
@@ -451,7 +451,7 @@ def _is_fine(values: Iterable[object]) -> bool:
 
 
 def _is_plain(value: object) -> bool:
-    """Whether a default can be written in JSON and says something."""
+    """Whether a default can be written in JSON and is not empty."""
     if isinstance(value, float):
         return math.isfinite(value)
     if isinstance(value, tuple):

@@ -117,7 +117,7 @@ class RobotFacts:
 
     @property
     def is_on_boxes(self) -> bool:
-        """Whether it drives on tracks that are boxes, which no edge lifts."""
+        """Whether it drives on tracks that are boxes, which cannot climb an edge."""
         shapes = [each.geometry for tread in self.drive.tyres for each in self.robot.links[tread].collisions]
         return self.kind is DriveKind.TRACKED and all(isinstance(shape, Box) for shape in shapes)
 
