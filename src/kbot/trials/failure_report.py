@@ -76,7 +76,4 @@ def _line(name: str, unit: str, values: Sequence[str]) -> str:
 
 
 def _poses(trace: Trace, x: str, y: str, yaw: str) -> list[PlanarPose]:
-    """The poses up to a divergence. After it, a pose may not be a number."""
-    table = np.column_stack((trace[x], trace[y], trace[yaw]))
-    ends = np.flatnonzero(~np.isfinite(table).all(axis=1))
-    return [PlanarPose(*row) for row in table[: ends[0] if len(ends) else None].tolist()]
+    return [PlanarPose(*row) for row in trace.until_divergence(x, y, yaw).tolist()]

@@ -39,13 +39,14 @@ class MeasureResult:
     @property
     def failure(self) -> str:
         """One sentence about a bound that is not kept."""
-        unit = f" {self.unit}" if self.unit else ""
         detail = f" ({self.detail})" if self.detail else ""
         if math.isnan(self.value):
             return f"{self.name} has no value{detail}"
+        value = with_unit(self.value, self.unit)
         if self.max is not None and self.value > self.max:
-            return f"{self.name} is {self.value:.4g}{unit}, above {self.max:.4g}{unit}{detail}"
-        return f"{self.name} is {self.value:.4g}{unit}, below {self.min:.4g}{unit}{detail}"
+            return f"{self.name} is {value}, above {with_unit(self.max, self.unit)}{detail}"
+        low = "" if self.min is None else with_unit(self.min, self.unit)
+        return f"{self.name} is {value}, below {low}{detail}"
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -137,6 +138,11 @@ def to_json(results: Sequence[TrialResult]) -> dict[str, object]:
         "failed": len(results) - passed,
         "scenarios": [result.to_json() for result in results],
     }
+
+
+def with_unit(value: float, unit: str) -> str:
+    """A value as reports show it: `0.25 m`, or `2` for a count."""
+    return f"{value:.4g} {unit}".rstrip()
 
 
 def _finite(value: float | None) -> float | None:

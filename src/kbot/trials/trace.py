@@ -65,6 +65,12 @@ class Trace:
     def __len__(self) -> int:
         return len(self.columns["time"])
 
+    def until_divergence(self, *quantities: str) -> Array:
+        """The values of some quantities, (n, k), before the first that is not finite."""
+        table = np.column_stack([self[name] for name in quantities])
+        diverged = np.flatnonzero(~np.isfinite(table).all(axis=1))
+        return table[: diverged[0]] if len(diverged) else table
+
 
 class Sampler:
     """Samples the first robot of a simulation. The owner calls `sample` at `rate` (Hz of simulated time)."""

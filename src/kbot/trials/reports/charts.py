@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kbot.render.plot import Bound, Curve, plot_svg
 from kbot.trials.measures import REST_TIME
 from kbot.trials.quantities import QUANTITIES
-from kbot.trials.results import MeasureResult, TrialResult
+from kbot.trials.results import MeasureResult, TrialResult, with_unit
 from kbot.trials.surroundings import Target
 from kbot.trials.trace import Trace
 
@@ -142,12 +142,11 @@ def _bounds(measure: MeasureResult, trace: Trace, curves: Sequence[tuple[str, Ar
     elif name == "stopping_distance":
         at = int(np.searchsorted(trace["time"], trace.last_step - 1e-9))
         offset = float(curves[0][1][min(at, len(trace) - 1)])
-    unit = f" {measure.unit}" if measure.unit else ""
     since = _since(measure.name, trace)
     for value, is_above, word in ((measure.max, True, "at most"), (measure.min, False, "at least")):
         if value is None or not math.isfinite(value):
             continue
-        label = f"{word} {value:.4g}{unit}"
+        label = f"{word} {with_unit(value, measure.unit)}"
         # a highest value may be below its lower bound most of the time
         is_reference = (name.startswith("max_") and not is_above) or (name == "clearance" and is_above)
         yield Bound(value + offset, label, is_above, is_time, None if is_reference else since)

@@ -25,7 +25,7 @@ from kbot.text.render import place, render_text
 from kbot.trials.measures import find_measure
 from kbot.trials.reports.charts import charts
 from kbot.trials.reports.table import replay_command
-from kbot.trials.results import MeasureResult, TrialResult
+from kbot.trials.results import MeasureResult, TrialResult, with_unit
 from kbot.trials.surroundings import Outlined, Surroundings
 from kbot.trials.trace import Event, Trace
 
@@ -111,7 +111,7 @@ def _page(title: str, body: str) -> str:
 
 
 def _film_figure(film: bytes, caption: str) -> str:
-    """A film that readers can close. Who prefers no motion, or prints, sees its last picture."""
+    """A film that readers can close. With reduced motion, and in print, its last picture replaces it."""
     from kbot.render.film import still  # imported lazily: reports without films need no OpenGL
 
     images = (
@@ -285,10 +285,10 @@ def _badge(result: TrialResult) -> str:
 
 def _map(result: TrialResult, trace: Trace, around: Surroundings) -> str:
     """The path on the map of the world, with a legend."""
-    truth = _finite(np.stack([trace["x"], trace["y"]], axis=1))
+    truth = trace.until_divergence("x", "y")
     if not len(truth):
         return ""
-    odometry = _finite(np.stack([trace["odometry_x"], trace["odometry_y"]], axis=1))
+    odometry = trace.until_divergence("odometry_x", "odometry_y")
     touched = set(trace.touched)
     areas = [Area(part.corners, _look(part, touched), _shortened(part.name, 80)) for part in around.parts]
     areas.sort(key=lambda area: ("ground", "wall", "touched").index(area.look))
@@ -339,14 +339,6 @@ def _swatch(colour: str) -> str:
     )
 
 
-def _finite(
-    points: np.ndarray[tuple[int, int], np.dtype[np.float64]],
-) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """The points before the first that is not finite, as after a divergence."""
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    return points[: bad[0]] if len(bad) else points
-
-
 def _placed(corners: Sequence[tuple[float, float]], trace: Trace, row: int) -> list[tuple[float, float]]:
     x, y, yaw = (float(trace[name][row]) for name in ("x", "y", "yaw"))
     c, s = math.cos(yaw), math.sin(yaw)
@@ -363,8 +355,7 @@ def _measures(measures: Sequence[MeasureResult]) -> str:
     rows = []
     for measure in measures:
         status = "passed" if measure.passed else "failed"
-        unit = f" {measure.unit}" if measure.unit else ""
-        value = "no value" if math.isnan(measure.value) else f"{measure.value:.4g}{unit}"
+        value = "no value" if math.isnan(measure.value) else with_unit(measure.value, measure.unit)
         description = _description(measure.name)
         more = f"<small>{_text(description)}</small>" if description else ""
         rows.append(
@@ -391,12 +382,12 @@ def _description(name: str) -> str:
 
 
 def _allowed(measure: MeasureResult) -> str:
-    unit = f" {measure.unit}" if measure.unit else ""
-    if measure.min is not None and measure.max is not None:
-        return f"{measure.min:.4g} to {measure.max:.4g}{unit}"
-    if measure.max is not None:
-        return f"at most {measure.max:.4g}{unit}"
-    return f"at least {measure.min:.4g}{unit}" if measure.min is not None else "any"
+    low, high, unit = measure.min, measure.max, measure.unit
+    if low is not None and high is not None:
+        return f"{low:.4g} to {with_unit(high, unit)}"
+    if high is not None:
+        return f"at most {with_unit(high, unit)}"
+    return f"at least {with_unit(low, unit)}" if low is not None else "any"
 
 
 def _bar(measure: MeasureResult) -> str:
