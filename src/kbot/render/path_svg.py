@@ -41,7 +41,7 @@ class Area:
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """A place in the world in m that the robot shall be near, or with radius 0 a point."""
+    """A place in the world in m for the robot to reach or pass; a point if the radius is 0."""
 
     x: float
     y: float

@@ -162,10 +162,10 @@ def slope(facts: RobotFacts) -> Scenario:
     """Stand on a slope, drive up, and stop.
 
     The robot stands for 0.5 s, and then drives 4 L at v. The angle is at most 15 degrees. Its tangent is at
-    most 0.6 of that which the tyres climb with a coefficient of friction of 1 (`RobotFacts.traction_slope`),
-    and 0.5 of that at which the robot falls over. So tyres with half of this friction, and motors that cannot
-    lift m g sin(angle), fail. The robot gets at least 90 % of the commanded way, because tyres slip more
-    under load, and keeps its heading within 5 degrees.
+    most 0.6 of the steepest slope that the tyres climb with a friction of 1 (`RobotFacts.traction_slope`),
+    and 0.5 of the slope on which the robot falls over. So tyres with half of this friction,
+    and motors that cannot lift m g sin(angle), fail. The robot gets at least 90 % of the commanded way,
+    because tyres slip more under load, and keeps its heading within 5 degrees.
     """
     tangents = math.tan(math.radians(15.0)), 0.6 * facts.traction_slope, 0.5 * facts.tipping_slope
     angle = math.floor(10.0 * math.degrees(math.atan(min(tangents))) + 1e-6) / 10.0

@@ -1,4 +1,4 @@
-"""Records failed trials: they are run again, bit for bit as before, so that passed ones cost nothing."""
+"""Records failed trials: it runs them again, bit for bit as before, so that passed trials cost no time."""
 
 from __future__ import annotations
 

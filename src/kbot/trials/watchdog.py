@@ -1,4 +1,4 @@
-"""Stops a program that lets no time pass, and names the line that runs."""
+"""Stops a program that takes too much processor time, and names the line that runs."""
 
 from __future__ import annotations
 

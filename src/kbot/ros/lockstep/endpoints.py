@@ -1,4 +1,4 @@
-"""Where programs connect to a simulation: an own server, an own ROS 1 master, or an own ROS 2 domain."""
+"""Where programs connect to a simulation: to its own server, ROS 1 master or ROS 2 domain."""
 
 from __future__ import annotations
 

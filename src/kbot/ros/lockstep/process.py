@@ -1,4 +1,4 @@
-"""The process of a program in a trial, and what its end means."""
+"""The process of a program in a trial, and the errors about its exit."""
 
 from __future__ import annotations
 
