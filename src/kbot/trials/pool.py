@@ -20,11 +20,12 @@ from kbot.sim.script_errors import Explanations
 from kbot.sim.user_code import UserCode
 from kbot.text import KbotError
 from kbot.trials.actions import RunScript
+from kbot.trials.errors import first_error, one_line, sentence
 from kbot.trials.films import run_filmed
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource, Scenario
-from kbot.trials.trial import first_error, load_source, one_line, run_trial
+from kbot.trials.trial import load_source, run_trial
 from kbot.trials.watchdog import watchdog
 from kbot.worker import LimitExceeded, Worker, WorkerLimits
 
@@ -264,12 +265,3 @@ def load_once(source: RobotSource) -> RobotModel:
 
 
 _kept: dict[str, RobotModel] = {}
-
-
-def sentence(error: Exception | None, what: str) -> str:
-    """An error in one line. `what` is what was done."""
-    if isinstance(error, LimitExceeded):
-        return f"{what} {error}"
-    if isinstance(error, KbotError):
-        return first_error(error)
-    return f"{what}: {type(error).__name__}: {one_line(str(error))}".removesuffix(": ")

@@ -10,9 +10,10 @@ from kbot.model.load import SHIPPED_NAME
 from kbot.text import DescriptionError, KbotError
 from kbot.text.suggest import did_you_mean, suggest_or_list
 from kbot.trials.batteries import BATTERIES, NotApplicable, battery
+from kbot.trials.errors import first_error, sentence
 from kbot.trials.formats import summary_of
 from kbot.trials.places import ROBOT_SUFFIXES, find_robot, robot_of_folder
-from kbot.trials.pool import Outcome, Pool, Task, load_once, sentence
+from kbot.trials.pool import Outcome, Pool, Task, load_once
 from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_file import (
     SUFFIXES,
@@ -21,7 +22,6 @@ from kbot.trials.scenario_file import (
     python_scenarios,
     yaml_scenarios,
 )
-from kbot.trials.trial import first_error
 from kbot.worker import WorkerLimits
 from kbot.xacro import PackageNotFound, Packages
 

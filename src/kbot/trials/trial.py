@@ -20,7 +20,7 @@ from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.sim.script import Script
-from kbot.text import DescriptionError, KbotError
+from kbot.text import KbotError
 from kbot.text.errors import Stopped
 from kbot.text.suggest import suggest_or_list
 from kbot.trials.actions import (
@@ -33,6 +33,7 @@ from kbot.trials.actions import (
     Push,
     RemoveObject,
 )
+from kbot.trials.errors import first_error
 from kbot.trials.expectations import Bound, NeverTouches
 from kbot.trials.failure import failure_time
 from kbot.trials.measures import all_measures
@@ -44,9 +45,6 @@ from kbot.xacro import Packages
 from kbot.xacro.assignments import require_overridden, resolve_names
 
 ScriptSource = str | Callable[[Simulation], object]
-
-_LONGEST_LINE = 2000
-"""Characters of an error in one line."""
 
 
 def load_source(source: RobotSource) -> RobotModel:
@@ -87,22 +85,6 @@ def run_trial(
     except KbotError as error:
         result = replace(result, error=first_error(error))
     return replace(result, wall=time.perf_counter() - begun)
-
-
-def first_error(error: KbotError) -> str:
-    """An error in one line, with file, line and column if it has them."""
-    if isinstance(error, DescriptionError):
-        errors = [found for found in error.diagnostics if found.is_error] or list(error.diagnostics)
-        rest = len(errors) - 1
-        more = f" (and {rest} more error{'s' if rest > 1 else ''})" if rest else ""
-        return f"{one_line(str(errors[0]))}{more}"
-    return one_line(str(error))
-
-
-def one_line(text: str) -> str:
-    """A text in one line. Its end is left out if it is long: a script may raise an error with any text."""
-    line = " ".join(text[: 2 * _LONGEST_LINE].split())
-    return line if len(line) <= _LONGEST_LINE else f"{line[:_LONGEST_LINE]}…"
 
 
 def _require_robot(scenario: Scenario) -> RobotSource:

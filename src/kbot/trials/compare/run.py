@@ -14,7 +14,8 @@ from kbot.trials.compare.comparison import Comparison
 from kbot.trials.compare.edits import Edit, Edits, Variant
 from kbot.trials.compare.revisions import Description
 from kbot.trials.compare.significance import Difference, differences
-from kbot.trials.pool import Pool, sentence, time_limit
+from kbot.trials.errors import sentence
+from kbot.trials.pool import Pool, time_limit
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import Scenario
 from kbot.trials.trial import run_trial
