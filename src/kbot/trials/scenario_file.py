@@ -28,7 +28,8 @@ _DOCUMENT = re.compile(r"^---(?=\s|$)", re.MULTILINE)
 _CONTENT = re.compile(r"^(?!---\s*(?:#.*)?$)[^\S\n]*[^\s#%]", re.MULTILINE)
 """A line that is more than a comment, a directive, or the mark of a document."""
 # YAML 1.1 reads 1e-3 as a text: it wants 1.0e-3
-_NUMBERS = Dialect(patterns={"tag:yaml.org,2002:float": re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$")})
+_FLOAT = re.compile(r"(?<![\d.+-])[-+]?(?:\d+(?:\.\d*)?|\.\d+)[eE][-+]?\d+$")
+_NUMBERS = Dialect(patterns={"tag:yaml.org,2002:float": _FLOAT})
 
 
 @dataclass(frozen=True, slots=True)

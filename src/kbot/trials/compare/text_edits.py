@@ -16,16 +16,18 @@ from difflib import SequenceMatcher
 from itertools import accumulate, takewhile
 
 _TOKEN = re.compile(
-    r"<!--.*?-->"  # a comment
+    r"<!--.*?(?:-->|\Z)"  # a comment
     r"|[A-Za-z_]\w*"
     r"|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
     r"|\s+"
     r"|.",
     re.DOTALL,
 )
-_ATTRIBUTES = re.compile(rf"""[\w:.-]+\s*=\s*(?:"[^"<]*"|'[^'<]*')|{_TOKEN.pattern}""", re.DOTALL)
+_ATTRIBUTES = re.compile(rf"""(?<![\w:.-])[\w:.-]+\s*=\s*(?:"[^"<]*"|'[^'<]*')|{_TOKEN.pattern}""", re.DOTALL)
 _VALUE = re.compile(r"\$\{[^{}]*\}|\d[\d.]*")
-_MARKUP = re.compile(r"<!--.*?-->|<\?.*?\?>|<!\[CDATA\[.*?\]\]>|<(/?)[^<>]*?(/?)>", re.DOTALL)
+_MARKUP = re.compile(
+    r"<!--.*?(?:-->|\Z)|<\?.*?(?:\?>|\Z)|<!\[CDATA\[.*?(?:\]\]>|\Z)|<(/?)[^<>]*?(/?)>", re.DOTALL
+)
 _QUOTES = ('"', "'")
 _MOST_PARTS = 8
 """Edits within a pair of lines. More of them do not make sense one by one: the line was replaced."""
