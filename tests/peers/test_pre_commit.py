@@ -110,6 +110,10 @@ def test_try_repo_takes_the_hooks(repository: Path, published: Path, store: Path
     assert "[J107]" in done.stdout
 
 
+FILM = "https://github.com/me/my_robot/actions/runs/1/artifacts/2"
+"""Where GitHub keeps the film that a step uploads."""
+
+
 class Action:
     """Runs the steps of action.yml as GitHub does. KBot is installed once."""
 
@@ -130,6 +134,7 @@ class Action:
         values = {f"inputs.{key}": value for key, value in (self.inputs | inputs).items()}
         values |= {f"github.{key}": value for key, value in github.items()}
         values["steps.python.outputs.python-path"] = sys.executable
+        values["steps.film.outputs.artifact-url"] = FILM
         step = self.steps[name]
         variables = {
             key: re.sub(r"\$\{\{ *(\S+) *\}\}", lambda m: values[m[1]], str(value))
@@ -234,6 +239,7 @@ def test_the_action_posts_how_a_pull_request_changes_the_behaviour(tmp_path: Pat
         "repository": "me/my_robot",
         "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
         "GITHUB_STEP_SUMMARY": str(tmp_path / "summary.md"),
+        "GITHUB_OUTPUT": str(tmp_path / "outputs"),
     }
     assert "github.base_ref != ''" in action.steps["Compare"]["if"]
 
@@ -241,7 +247,7 @@ def test_the_action_posts_how_a_pull_request_changes_the_behaviour(tmp_path: Pat
     drive.write_text("<!-- the plugin -->\n".join(drive.read_text("utf-8").split("\n", 1)), "utf-8")
     done = action.run("Compare", package, github, compare=".", token="secret")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert not (package / "gh.txt").exists()
+    assert not (tmp_path / "outputs").exists()
 
     text = drive.read_text("utf-8").replace(
         "<wheelSeparation>${separation}", "<wheelSeparation>${1.1*separation}"
@@ -250,11 +256,18 @@ def test_the_action_posts_how_a_pull_request_changes_the_behaviour(tmp_path: Pat
     line = text.partition("1.1*")[0].count("\n") + 1
     done = action.run("Compare", package, github, compare="urdf/my_robot.xacro", token="secret")
     assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "outputs").read_text("utf-8") == "changed=true\n"
+    upload = action.steps["Upload the film"]
+    assert upload["uses"].startswith("actions/upload-artifact@")
+    assert upload["with"]["path"] == "${{ inputs.results }}/compare.webp"
+    posted = action.run("Post", package, github, token="secret")
+    assert posted.returncode == 0, posted.stdout + posted.stderr
     command, comment = (package / "gh.txt").read_text("utf-8").split("\n", 1)
     assert command == "pr comment 7 --body-file kbot-results/compare.md"
     assert f"urdf/drive.xacro:{line}:" in comment
+    assert comment.endswith(f"[Film: before and after]({FILM})\n")
     assert comment in (tmp_path / "summary.md").read_text("utf-8")
-    assert "secret" not in done.stdout + done.stderr + comment
+    assert "secret" not in done.stdout + done.stderr + posted.stdout + posted.stderr + comment
 
     drive.write_text(text.replace("</robot>", ""), "utf-8")
     assert action.run("Compare", package, github, compare=".").returncode == 2
