@@ -47,6 +47,31 @@ def test_halving_gives_a_minimal_set_although_some_sets_are_unresolved(
     assert not any(fails(tuple(item for item in found if item != left)) for left in found)
 
 
+def test_halving_ends_after_a_number_of_tries():
+    calls: list[int] = []
+
+    def fails(some: tuple[int, ...]) -> bool:
+        calls.append(len(some))
+        return set(range(0, 1000, 2)) <= set(some)
+
+    left = minimal(tuple(range(1000)), fails, 50)
+    assert set(range(0, 1000, 2)) <= set(left)
+    assert len(calls) < 2 * 50 + 64
+
+
+def test_many_changes_are_simulated_in_groups_of_neighbours(tmp_path: Path):
+    rows = range(40)
+    before = "".join(
+        f'  <link name="l{n}"/>\n  <joint name="j{n}" type="fixed"><parent link="base"/><child link="l{n}"/>'
+        f'<origin xyz="{n} 0 0"/></joint>\n'
+        for n in rows
+    )
+    head, tail = '<robot name="r">\n  <link name="base"/>\n', "</robot>\n"
+    found = relevant(tmp_path, f"{head}{before}{tail}", f"{head}{before.replace(' 0 0', ' 0.5 0')}{tail}")
+    assert 1 < len(found) <= 12
+    assert [line for change in found for line, *_ in change] == [4 + 2 * n for n in rows]
+
+
 def hidden_faults(
     robot: Robot, kind: str, before: Description, after: Description, original: Texts
 ) -> tuple[Path, int] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from kbot.trials.compare.causes import Cause, Change
 from kbot.trials.compare.comparison import Comparison, to_markdown, to_text
@@ -77,3 +78,13 @@ def test_the_rows_show_every_scenario_before_a_second_measure_of_one() -> None:
     assert rows[0].startswith("push")
     assert rows[1].startswith("straight")
     assert "… 9 more (-v)" in rows
+
+
+def test_a_cause_of_many_edits_is_cut_in_reports() -> None:
+    edits = (GAP, *(replace(GAP, line=line) for line in range(21, 60)))
+    many = Cause((Change(edits),), {LEFT.key: LEFT})
+    comparison = Comparison("a", "b", (LEFT,), (many,))
+    assert len(comparison.to_json()["causes"]) == 40
+    for report in (to_text(comparison), to_markdown(comparison)):
+        assert report.count("urdf/robot.xacro:") == 10
+        assert "… 30 more edits" in report

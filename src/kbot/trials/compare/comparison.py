@@ -61,6 +61,8 @@ NO_RESULT: dict[str, object] = {"schema": SCHEMA, "changed": False, "measures": 
 """The JSON of a comparison that could not be made."""
 MOST_ROWS = 12
 """Differences in the report. All are in the JSON."""
+MOST_EDITS = 10
+"""Edits of a cause in the report. All are in the JSON."""
 
 
 def to_text(comparison: Comparison, *, all_rows: bool = False) -> str:
@@ -77,8 +79,10 @@ def to_text(comparison: Comparison, *, all_rows: bool = False) -> str:
         lines.append("")
         together = " (these edits act only together)" if cause.is_interaction else ""
         lines.append(f"cause {number}{together}: changes {_names(cause)}")
-        for edit in _lines(cause):
+        shown, more = _shown_lines(cause)
+        for edit in shown:
             lines += [f"  {_place(edit)}", *_diff(edit, "    ")]
+        lines += [f"  {more}"] if more else []
     if not comparison.causes:
         lines += ["", "no edit of the sources explains the change"]
     return "\n".join(lines)
@@ -104,9 +108,11 @@ def to_markdown(comparison: Comparison) -> str:
     for number, cause in enumerate(comparison.causes, 1):
         together = " (these edits act only together)" if cause.is_interaction else ""
         lines += ["", f"**Cause {number}**{together}: changes {_escaped(_names(cause))}"]
-        for edit in _lines(cause):
+        shown, more = _shown_lines(cause)
+        for edit in shown:
             fence = "`" * (1 + max((2, *(len(run) for run in _backticks(edit.before + edit.after)))))
             lines += ["", f"`{_place(edit)}`", f"{fence}diff", *_diff(edit, ""), fence]
+        lines += ["", more] if more else []
     return "\n".join(lines) + "\n"
 
 
@@ -152,6 +158,13 @@ def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
 
 def _lines(cause: Cause) -> list[Edit]:
     return [edit for change in cause.changes for edit in change.lines]
+
+
+def _shown_lines(cause: Cause) -> tuple[list[Edit], str]:
+    """The edits of a cause that a report shows, and how many more there are."""
+    lines = _lines(cause)
+    more = len(lines) - MOST_EDITS
+    return lines[:MOST_EDITS], f"… {more} more edits" if more > 0 else ""
 
 
 def _measures(cause: Cause) -> list[str]:
