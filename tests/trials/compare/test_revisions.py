@@ -12,7 +12,7 @@ from kbot.model.load import SHIPPED_PACKAGE
 from kbot.text import KbotError
 from kbot.text.notes import notes_sent_to
 from kbot.trials.compare import git as git_module
-from kbot.trials.compare.revisions import Description, Recording, opened
+from kbot.trials.compare.revisions import Description, RecordingFile, opened
 
 ROBOT = '<robot name="{0}"><link name="{0}"/></robot>\n'
 MAIN = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -168,7 +168,7 @@ def test_recordings_are_recognised(tmp_path: Path, no_packages: None):
     Path("bag/bag_0.db3").touch()
     for word in ("run.mcap", "run.bag", "bag"):
         with opened(word) as found:
-            assert found == Recording(word)
+            assert found == RecordingFile(word)
 
 
 def test_the_shipped_robot_and_its_values(no_packages: None):
