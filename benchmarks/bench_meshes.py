@@ -12,7 +12,7 @@ ms of wall-clock time, compared with `json.dumps` of the same text. More than a 
 parsing of 61 MB of COLLADA by pycollada, half of the picture is imports, and a third of the larger world is
 MuJoCo, which adds and compiles its shapes.
 
-`--from FOLDER` is that of `bench_robots.py`.
+Exit status 1 if a limit is exceeded. `--from FOLDER` is that of `bench_robots.py`.
 """
 
 from __future__ import annotations
@@ -74,16 +74,19 @@ def seconds(command: Sequence[str], environment: dict[str, str]) -> float:
     return after.children_user - before.children_user + after.children_system - before.children_system
 
 
-def compared(name: str, limit: float, kbot: Sequence[str], peer: Sequence[str], models: str = "") -> str:
-    """A line of the table: the least times of a command of KBot and of its peer."""
+def compared(
+    name: str, limit: float, kbot: Sequence[str], peer: Sequence[str], models: str = ""
+) -> tuple[str, bool]:
+    """A line of the table, and whether it is within the limit. The least times of both commands count."""
     environment = {**ENVIRONMENT, "GAZEBO_MODEL_PATH": models}
     commands = ([sys.executable, "-m", "kbot", *kbot], [sys.executable, "-c", *peer])
     times = [[seconds(command, environment) for command in commands] for _ in range(RUNS)]
     ours, theirs = (min(column) for column in zip(*times, strict=True))
-    return f"{name:44}{ours:7.2f}{theirs:9.2f}{ours / theirs:8.2f}   (limit {limit:g} s)"
+    line = f"{name:44}{ours:7.2f}{theirs:9.2f}{ours / theirs:8.2f}   (limit {limit:g} s)"
+    return line, ours <= limit
 
 
-def lines(folder: Path) -> Iterator[str]:
+def lines(folder: Path) -> Iterator[tuple[str, bool]]:
     robot, worlds, models = (folder / source.folder for source in (ROBOT, WORLDS, MODELS))
     described, picture = str(robot / "ur_description"), str(folder / "x.png")
     yield compared("check ur_description / trimesh", 3.0, ["check", described], [LOAD, described])
@@ -131,17 +134,20 @@ def _get(address: str) -> tuple[float, float]:
     return end - start, time.perf_counter() - encoding
 
 
-def main() -> None:
+def main() -> int:
+    is_met = True
     _, given = chosen_by_user(__doc__, [])
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         for source in (ROBOT, WORLDS, MODELS):
             fetch(source, folder, given)
         print(f"{'processor time in s':44}{'KBot':>7}{'peer':>9}{'ratio':>8}")
-        for line in lines(folder):
+        for line, is_within in lines(folder):
             print(line, flush=True)
+            is_met &= is_within
         print(opened(folder))
+    return 0 if is_met else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
