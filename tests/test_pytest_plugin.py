@@ -178,6 +178,8 @@ def test_a_robot_that_does_not_load_is_shown_with_its_line_and_without_a_traceba
     ("marker", "message"),
     [
         ("sed=1", "unknown argument 'sed' of the marker kbot: "),
+        ("robot=3", "robot of the marker kbot must be the name of a file, not 3"),
+        ("start=(1, 2)", "start of the marker kbot must be x, y and yaw in m and rad, not (1, 2)"),
         ('"robot.xacro"', "the marker kbot takes only keywords"),
         ("seeds=[1.5]", "seeds of the marker kbot must be whole numbers of at least 0, not (1.5,)"),
         ("seeds=[]", "seeds of the marker kbot must be whole numbers of at least 0, not ()"),

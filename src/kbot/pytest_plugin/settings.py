@@ -52,7 +52,20 @@ def settings_of(node: pytest.Item) -> Settings:
     given["seeds"] = seeds = tuple(seeds) if isinstance(seeds, Iterable) else (seeds,)
     if not seeds or not all(type(seed) is int and seed >= 0 for seed in seeds):
         pytest.fail(f"seeds of the marker kbot must be whole numbers of at least 0, not {seeds}", False)
-    return Settings(**given)  # type: ignore[arg-type]
+    robot, start = given.get("robot"), given.get("start")
+    if not (robot is None or isinstance(robot, str | os.PathLike)):
+        pytest.fail(f"robot of the marker kbot must be the name of a file, not {robot!r}", False)
+    if not (start is None or _is_pose(start)):
+        pytest.fail(f"start of the marker kbot must be x, y and yaw in m and rad, not {start!r}", False)
+    return Settings(**given)  # type: ignore[arg-type]  # the values were checked, or are when they are used
+
+
+def _is_pose(start: object) -> bool:
+    from kbot.kinematics import PlanarPose
+
+    if isinstance(start, PlanarPose):
+        return True
+    return isinstance(start, Sequence) and len(start) == 3 and all(isinstance(v, int | float) for v in start)
 
 
 def start_of(node: pytest.Item) -> PlanarPose | None:
