@@ -8,6 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.kinematics.transform import Transform
 from kbot.record.reader import Recording
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
@@ -58,13 +60,13 @@ def recorded_trace(path: str) -> Trace:
         if entry.type_name in _ODOMETRY and odometry_topic in ("", entry.topic):
             odometry_topic = entry.topic
             pose = entry.message().pose.pose
-            odometry.append((time, *_planar(pose.position, pose.orientation)))
+            odometry.append((time, *_numbers(path, pose.position, pose.orientation)))
         elif entry.topic == POSES_TOPIC:
             for transform in entry.message().transforms:
                 root = root or transform.child_frame_id  # the robot comes first
                 if transform.child_frame_id == root:
                     place = transform.transform
-                    truth.append((time, *_planar(place.translation, place.rotation)))
+                    truth.append((time, *_numbers(path, place.translation, place.rotation)))
         elif entry.type_name in _JOINTS:
             state = entry.message()
             for name, position in zip(state.name, state.position, strict=False):
@@ -79,14 +81,17 @@ def recorded_trace(path: str) -> Trace:
     return _trace(odometry, truth if len(truth) >= _FEWEST else odometry, joints)
 
 
-def _planar(position: object, orientation: object) -> tuple[float, ...]:
-    """x, y, z, yaw, roll and pitch of a ROS pose."""
-    x, y, z = (float(getattr(position, axis)) for axis in "xyz")
-    qx, qy, qz, qw = (float(getattr(orientation, axis)) for axis in ("x", "y", "z", "w"))
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
-    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (qw * qy - qz * qx))))
-    return x, y, z, yaw, roll, pitch
+def _numbers(path: str, position: object, orientation: object) -> tuple[float, ...]:
+    """x, y, z, yaw, roll and pitch of a ROS pose. Raises KbotError: it is not a pose."""
+    place = [float(getattr(position, axis)) for axis in "xyz"]
+    rotation = [float(getattr(orientation, axis)) for axis in "xyzw"]
+    if not any(rotation):  # some ROS nodes leave it unset: no rotation
+        rotation = [0.0, 0.0, 0.0, 1.0]
+    try:
+        roll, pitch, yaw = Transform.from_quaternion_xyzw(rotation, place).rpy
+    except ValueError as error:
+        raise KbotError(f"{path} has a pose that cannot be used: {error}") from None
+    return (*place, yaw, roll, pitch)
 
 
 def _trace(
@@ -103,15 +108,14 @@ def _trace(
         return resampled
 
     x, y, z, yaw, roll, pitch = (at(poses, column) for column in range(1, 7))
-    c, s = math.cos(yaw[0]), math.sin(yaw[0])
+    start = PlanarPose(float(x[0]), float(y[0]), float(yaw[0]))
+    forward, left = start.local(x, y)
     steps = np.hypot(np.diff(x), np.diff(y))
     # odometry starts in its own frame: it is placed on the true start
-    turned = yaw[0] - at(table, 4)[0]
-    own_x, own_y = at(table, 1) - at(table, 1)[0], at(table, 2) - at(table, 2)[0]
-    by_odometry = (
-        x[0] + math.cos(turned) * own_x - math.sin(turned) * own_y,
-        y[0] + math.sin(turned) * own_x + math.cos(turned) * own_y,
-    )
+    own = np.stack([at(table, 1), at(table, 2)], axis=1)
+    odom_from_start = PlanarPose(float(own[0, 0]), float(own[0, 1]), float(at(table, 4)[0]))
+    world_from_odom = start @ odom_from_start.inverse()
+    odometry_x, odometry_y = world_from_odom.apply(own).T
     columns = {name: np.full(len(times), math.nan) for name in QUANTITIES}
     columns |= {
         "time": times - times[0],
@@ -122,16 +126,16 @@ def _trace(
         "roll": roll,
         "pitch": pitch,
         "tilt": np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0)),
-        "forward": c * (x - x[0]) + s * (y - y[0]),
-        "left": c * (y - y[0]) - s * (x - x[0]),
+        "forward": forward,
+        "left": left,
         "turn": yaw - yaw[0],
         "distance": np.concatenate(([0.0], np.cumsum(steps))),
         "speed": np.concatenate((steps * RATE, steps[-1:] * RATE)),
         "turn_rate": np.gradient(yaw, 1.0 / RATE),
-        "odometry_x": by_odometry[0],
-        "odometry_y": by_odometry[1],
-        "odometry_yaw": at(table, 4) + turned,
-        "odometry_error": np.hypot(by_odometry[0] - x, by_odometry[1] - y),
+        "odometry_x": odometry_x,
+        "odometry_y": odometry_y,
+        "odometry_yaw": at(table, 4) + world_from_odom.yaw,
+        "odometry_error": np.hypot(odometry_x - x, odometry_y - y),
     }
     positions = {name: np.interp(times, *np.array(rows).T) for name, rows in joints.items()}
     return Trace(columns, positions, {})
