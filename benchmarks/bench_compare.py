@@ -25,7 +25,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT / "tests" / "trials" / "compare"))
-from generated_edits import (  # noqa: E402
+from generated_edits import (  # noqa: E402 - found by the path set above
     ARGUMENTS,
     CORPUS,
     KBOT,
@@ -36,7 +36,7 @@ from generated_edits import (  # noqa: E402
     write,
 )
 
-from kbot.trials.compare.revisions import Description  # noqa: E402
+from kbot.trials.compare.revisions import Description  # noqa: E402 - after the import above
 
 FAULTS: dict[str, tuple[tuple[str, str, str], ...]] = {
     "kbot": (

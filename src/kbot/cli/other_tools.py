@@ -14,7 +14,7 @@ _SIMULATE = "use kbot sim FILE, with --world W for a world or an SDF file"
 _GRAPH = "use kbot node list and kbot topic list while KBot runs"
 _PLOT = "plot topics in the page of kbot sim: open Plots"
 _MASTER = "KBot needs no master. To connect ROS 1 nodes, use kbot sim FILE --ros1"
-_TRY = "use kbot try FILE with a scenario file, which says what happens and what is expected"
+_TRY = "use kbot try FILE with a scenario file, which states what happens and what is expected"
 _SLIDERS = "use kbot view FILE: the page has a slider for each joint"
 
 OF_ROS_2 = {

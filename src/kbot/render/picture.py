@@ -44,7 +44,7 @@ def draw_picture(things: PictureScene, look: Look) -> bytes:
     """Return a PNG of exactly the size of `look`: with the floor, or without it if the look is transparent.
 
     Raises:
-        KbotError: off-screen OpenGL is not available. The message says what to install.
+        KbotError: off-screen OpenGL is not available. The message names what to install.
     """
     surfaces = {"": tuple(itertools.chain(*things.links.values(), things.others))}
     pixels = Painter(surfaces, look, things.view_radius).paint({"": Transform.identity()}, things)
@@ -71,7 +71,7 @@ class Painter:
         Pictures are drawn `finer` times larger and averaged, for smooth edges.
 
         Raises:
-            KbotError: off-screen OpenGL is not available. The message says what to install.
+            KbotError: off-screen OpenGL is not available. The message names what to install.
         """
         self.look = look
         self._finer = max(1, min(finer, _MOST_DRAWN // max(look.width, look.height)))

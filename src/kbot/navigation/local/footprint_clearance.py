@@ -33,7 +33,7 @@ class FootprintClearance:
     def of(self, field: DistanceField, x: Values, y: Values, yaw: Values) -> Values:
         """The clearance in m at poses of the base (arrays of one shape), negative inside an obstacle.
 
-        A clearance of more than `field.most` - `outer` is not told apart from that."""
+        A clearance of more than `field.most` - `outer` is reported as that."""
         cos, sin = np.cos(yaw), np.sin(yaw)
         mx, my = self.middle.tolist()
         away = field.at(x + cos * mx - sin * my, y + sin * mx + cos * my)
