@@ -1,0 +1,1 @@
+"""Estimates a robot's true parameters from a recording of a drive."""

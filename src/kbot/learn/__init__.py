@@ -1,0 +1,1 @@
+"""Gymnasium environments, and the policies that are trained in them."""

@@ -1,0 +1,1 @@
+"""Searches over designs: runs a scenario with many values of a robot's arguments and properties."""
