@@ -197,7 +197,7 @@ def test_a_file_is_a_battery_for_any_robot_and_grades_folders(folder: Path) -> N
     assert rows[0]["drive"] == "pass"
     assert "robot.urdf" in rows[1]["drive"]
     assert "contains no robot" in rows[2]["drive"]
-    assert "contains 2 robots: one.urdf, two.urdf" in rows[3]["drive"]
+    assert "2 robots. Choose one: students/dan/one.urdf, students/dan/two.urdf" in rows[3]["drive"]
     assert "✓ students/ann/: drive" in result.stdout
 
 

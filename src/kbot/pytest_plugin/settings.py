@@ -90,7 +90,8 @@ def default_robot(node: pytest.Item) -> str:
         KbotError: there is none, or the package has several.
     """
     from kbot.text import KbotError
-    from kbot.trials.places import find_robot, robot_of_folder
+    from kbot.trials.places import find_robot
+    from kbot.trials.robot_folder import robot_of_folder
 
     named, root = node.config.getini("kbot_robot"), node.config.rootpath
     if named:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import linecache
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Callable
+from contextlib import redirect_stdout
 from types import CodeType, ModuleType
 from typing import TextIO
 
+from kbot.sim.own_imports import OwnImports
 from kbot.sim.printed_lines import PrintStream
 from kbot.sim.script_errors import Explanations, ScriptError
 from kbot.sim.script_hints import misnamed_drive, takes_a_simulation
@@ -30,9 +30,7 @@ class Script:
         self.path = path
         self.code = UserCode(path)
         self._explanations = Explanations(self.code)
-        self._known = frozenset(sys.modules)
-        self._imported: tuple[str, ...] = ()
-        """The files of the modules in the last run."""
+        self._imports = OwnImports(self.code)
         self.has_failed_thread = False
         """Whether an error ended a thread that the script started in the last run."""
         self._outer_hook: Callable[[threading.ExceptHookArgs], object] | None = None
@@ -41,7 +39,7 @@ class Script:
     @property
     def files(self) -> tuple[str, ...]:
         """The script, and the imported modules in its folder."""
-        return tuple(dict.fromkeys((self.path, *self._imported, *(file for _, file in self._modules()))))
+        return tuple(dict.fromkeys((self.path, *self._imports.files)))
 
     def read(self) -> str:
         """Return the text of the file. Raises KbotError: it does not exist, or cannot be read."""
@@ -68,7 +66,7 @@ class Script:
         self._follow_threads(simulation)
         printed = PrintStream(stdout or sys.stdout, simulation.printed)
         try:
-            with self._imports(), redirect_stdout(printed):
+            with self._imports, redirect_stdout(printed):
                 linecache.getlines(self.path)  # errors quote the file as it is now
                 self.call(text, simulation)
         except ScriptError as error:
@@ -123,37 +121,6 @@ class Script:
             sys.stderr.flush()
 
         threading.excepthook = hook
-
-    @contextmanager
-    def _imports(self) -> Iterator[None]:
-        """Let the script import modules beside it, each time as they are now."""
-        self._known = frozenset(sys.modules)
-        importlib.invalidate_caches()
-        linecache.checkcache()
-        folder, writes = str(self.code.folder), sys.dont_write_bytecode
-        sys.path.insert(0, folder)
-        # the cache compares times in whole seconds, so a second save in the same second would be missed
-        sys.dont_write_bytecode = True
-        try:
-            yield
-        finally:
-            sys.dont_write_bytecode = writes
-            if folder in sys.path:  # the script may have changed it
-                sys.path.remove(folder)
-            modules = self._modules()
-            self._imported = tuple(file for _, file in modules)
-            for name, _ in modules:
-                del sys.modules[name]
-
-    def _modules(self) -> list[tuple[str, str]]:
-        """Name and file of each module of the script's folder that the current run has imported."""
-        found = []
-        for name, module in tuple(sys.modules.items()):
-            # not getattr, which would load the contents of a lazy module
-            file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
-            if name not in self._known and isinstance(file, str) and self.code.has(file):
-                found.append((name, file))
-        return found
 
     def _compiled(self, text: str) -> CodeType:
         try:

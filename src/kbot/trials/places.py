@@ -6,12 +6,11 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from kbot.checks.file_kinds import kind_of
-from kbot.checks.folder_files import entry_points
 from kbot.model.load import SHIPPED_NAME
-from kbot.text import DescriptionError, KbotError
+from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.trials.actions import RunScript
+from kbot.trials.robot_folder import robot_of_folder
 from kbot.trials.scenario import Program, RobotSource, Scenario
 from kbot.world import parameters
 from kbot.world.load import MAP_SUFFIXES, SDF_SUFFIXES
@@ -78,20 +77,6 @@ def find_world(name: str, folder: Path) -> str:
         return str(folder / name) if "{seed}" in name else find_regular_file(name, folder)
     parameters(name.replace("{seed}", "0"))
     return name
-
-
-def robot_of_folder(folder: str) -> str:
-    """The robot's file in a package or folder. Raises KbotError: it has none, or several."""
-    try:
-        found = [path for path in entry_points(folder) if kind_of(path) is None]
-    except DescriptionError:
-        found = []
-    if not found:
-        raise KbotError(f"{folder} contains no robot: no xacro or URDF file with a whole robot")
-    if len(found) > 1:
-        names = ", ".join(os.path.relpath(path, folder) for path in found)
-        raise KbotError(f"{folder} contains {len(found)} robots: {names}. Name the file of one of them")
-    return found[0]
 
 
 def placed(scenario: Scenario, folder: Path) -> Scenario:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
-import linecache
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
+from kbot.sim.own_imports import OwnImports
 from kbot.sim.script_errors import Explanations
 from kbot.sim.user_code import UserCode, shown_path
 from kbot.text import KbotError, read_source
@@ -33,8 +31,7 @@ def read_python_scenarios(path: str) -> list[Scenario]:
     module.__file__ = path
     code = UserCode(path)
     try:
-        with _imports_from(code):
-            linecache.checkcache()
+        with OwnImports(code):
             sys.modules[_MODULE] = module  # where dataclasses and pickle look up its names
             exec(compile(text, path, "exec", dont_inherit=True), vars(module))  # noqa: S102 - the user's own
     except SyntaxError as error:
@@ -53,22 +50,3 @@ def _scenarios(module: ModuleType) -> Iterator[Scenario]:
             yield value
         elif isinstance(value, list | tuple) and not name.startswith("_"):
             yield from (each for each in value if isinstance(each, Scenario))
-
-
-@contextmanager
-def _imports_from(code: UserCode) -> Iterator[None]:
-    """Let a program import modules beside it, each time as they are now."""
-    known, folder, writes = frozenset(sys.modules), str(code.folder), sys.dont_write_bytecode
-    importlib.invalidate_caches()
-    sys.path.insert(0, folder)
-    sys.dont_write_bytecode = True
-    try:
-        yield
-    finally:
-        sys.dont_write_bytecode = writes
-        if folder in sys.path:
-            sys.path.remove(folder)
-        for name in [name for name in sys.modules if name not in known]:
-            file = getattr(sys.modules[name], "__dict__", {}).get("__file__")
-            if isinstance(file, str) and code.has(file):
-                del sys.modules[name]

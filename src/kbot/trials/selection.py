@@ -12,8 +12,9 @@ from kbot.text.suggest import did_you_mean, suggest_or_list
 from kbot.trials.batteries import BATTERIES, NotApplicable, battery
 from kbot.trials.errors import first_error, sentence
 from kbot.trials.formats import summary_of
-from kbot.trials.places import ROBOT_SUFFIXES, find_robot, robot_of_folder
+from kbot.trials.places import ROBOT_SUFFIXES, find_robot
 from kbot.trials.pool import Outcome, Pool, Task, load_once
+from kbot.trials.robot_folder import robot_of_folder
 from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_file import (
     SUFFIXES,

@@ -30,8 +30,9 @@ from kbot.trials.compare.model_equality import (
     parameter_files,
     relevant_meshes,
 )
-from kbot.trials.compare.revisions import Description, absolute
+from kbot.trials.compare.revisions import Description
 from kbot.trials.compare.text_edits import TextEdit, applied, edit_groups
+from kbot.trials.robot_folder import absolute
 from kbot.xacro import Packages
 from kbot.xacro.assignments import Assignments
 from kbot.xacro.packages import package_around, package_name

@@ -4,29 +4,23 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from kbot.checks.folder_files import entry_points
 from kbot.model.load import SHIPPED_NAME, Loaded, load_robot, resolve_robot_path
 from kbot.record.names import is_recording
-from kbot.text import DescriptionError, KbotError
+from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.trials.compare.git import Repository, extract
+from kbot.trials.robot_folder import absolute, own_package, robot_of_folder
 from kbot.xacro import Packages
 from kbot.xacro.assignments import Assignments, resolve_names
-from kbot.xacro.packages import package_around
 
-_ROBOT = (".xacro", ".urdf")
 _REVISION = re.compile(r"(?P<revision>[^:]+):(?P<path>.*)", re.DOTALL)
 _DRIVE = re.compile(r"[A-Za-z]:[\\/]")
-_TRIED = 100
-"""Files of a package that are loaded to find its robot."""
-_LISTED = 8
-"""Robots of a package that an error names."""
 
 
 @dataclass(frozen=True)
@@ -82,11 +76,6 @@ class RecordingFile:
     name: str
 
 
-def absolute(path: str | os.PathLike[str]) -> str:
-    """An absolute path without `..`. Symbolic links are not resolved."""
-    return os.path.normpath(Path(path).absolute())
-
-
 @contextmanager
 def opened(
     word: str, values: Mapping[str, str] | None = None, package_path: Sequence[str] = ()
@@ -114,9 +103,9 @@ def opened(
         place = _in_revision(repository, match["revision"], match["path"], paths)
         file, places = str(Path(tree, place)), (tree, *package_path)
         if Path(file).is_dir():
-            file = _only_robot(file, places, lambda path: f"{match['revision']}:{_relative(path, tree)}")
+            file = robot_of_folder(file, places, lambda path: f"{match['revision']}:{_relative(path, tree)}")
         # the revision's packages come before those that ROS's variables and the working directory have
-        own = [package for package in _own(file) if Path(package).is_relative_to(tree)]
+        own = [package for package in own_package(file) if Path(package).is_relative_to(tree)]
         yield Description(word, file, given, (*own, *places), tree, repository.top)
 
 
@@ -130,47 +119,12 @@ def _on_disk(word: str, values: dict[str, str], package_path: Sequence[str]) -> 
             raise KbotError(f"{word} is not a file, a package, a recording or a git revision (REVISION:PATH)")
         file = folder
     if Path(file).is_dir():
-        file = _only_robot(file, package_path, str)
-    return Description(word, file, values, (*_own(file), *package_path))
+        file = robot_of_folder(file, package_path)
+    return Description(word, file, values, (*own_package(file), *package_path))
 
 
 def _looks_like_a_path(word: str) -> bool:
-    return word.endswith(_ROBOT) or "/" in word or os.sep in word
-
-
-def _own(file: str) -> tuple[str, ...]:
-    """The package that contains a file. The other robot may have a package of the same name, and ROS's
-    variables may name a third."""
-    package = package_around(Path(absolute(file)).parent)
-    return () if package is None else (str(package),)
-
-
-def _only_robot(folder: str, package_path: Sequence[str], shown: Callable[[str], str]) -> str:
-    """The robot of a package: its only description that is a whole robot and that no other file includes."""
-    try:
-        robots = [file for file in entry_points(folder) if file.endswith(_ROBOT)]
-    except DescriptionError:
-        robots = []
-    robots = sorted({*robots, *_of_includes(folder, package_path)})
-    if not robots:
-        raise KbotError(f"the folder {shown(folder)} contains no robot (.xacro or .urdf)")
-    if len(robots) > 1:
-        names = ", ".join(map(shown, robots[:_LISTED])) + (", …" if len(robots) > _LISTED else "")
-        raise KbotError(f"the folder {shown(folder)} contains {len(robots)} robots. Choose one: {names}")
-    return robots[0]
-
-
-def _of_includes(folder: str, package_path: Sequence[str]) -> Iterator[str]:
-    """The descriptions of a folder that are a whole robot only with the files that they include."""
-    files = (str(file) for file in Path(folder).rglob("*") if file.name.endswith(_ROBOT))
-    loaded = {
-        file: load_robot(file, packages=Packages((*_own(file), *package_path)))
-        for file in sorted(files)[:_TRIED]
-    }
-    used = {absolute(name) for found in loaded.values() for name in found.expansion.dependencies}
-    for file, found in loaded.items():
-        if not found.has_errors and found.expansion.dependencies and absolute(file) not in used:
-            yield file
+    return word.endswith((".xacro", ".urdf")) or "/" in word or os.sep in word
 
 
 def _in_revision(repository: Repository, revision: str, path: str, paths: Sequence[str]) -> str:

@@ -1,0 +1,65 @@
+"""Finds the robot of a package or folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from kbot.checks.folder_files import entry_points
+from kbot.model.load import load_robot
+from kbot.text import DescriptionError, KbotError
+from kbot.xacro import Packages
+from kbot.xacro.packages import package_around
+
+_ROBOT = (".xacro", ".urdf")
+_TRIED = 100
+"""Files of a package that are loaded to find its robot."""
+_LISTED = 8
+"""Robots of a package that an error names."""
+
+
+def absolute(path: str | os.PathLike[str]) -> str:
+    """An absolute path without `..`. Symbolic links are not resolved."""
+    return os.path.normpath(Path(path).absolute())
+
+
+def own_package(file: str) -> tuple[str, ...]:
+    """The package that contains a file, which comes before others of the same name; empty outside one."""
+    package = package_around(Path(absolute(file)).parent)
+    return () if package is None else (str(package),)
+
+
+def robot_of_folder(folder: str, package_path: Sequence[str] = (), shown: Callable[[str], str] = str) -> str:
+    """The robot of a folder: its only description that is a whole robot and that no other file includes.
+
+    `package_path` lists folders in which packages are searched first. `shown` gives the name of a path in
+    errors.
+
+    Raises:
+        KbotError: the folder has no robot, or several.
+    """
+    try:
+        robots = {file for file in entry_points(folder) if file.endswith(_ROBOT)}
+    except DescriptionError:
+        robots = set()
+    found = sorted({*robots, *_of_includes(folder, package_path)})
+    if not found:
+        raise KbotError(f"the folder {shown(folder)} contains no robot (.xacro or .urdf)")
+    if len(found) > 1:
+        names = ", ".join(map(shown, found[:_LISTED])) + (", …" if len(found) > _LISTED else "")
+        raise KbotError(f"the folder {shown(folder)} contains {len(found)} robots. Choose one: {names}")
+    return found[0]
+
+
+def _of_includes(folder: str, package_path: Sequence[str]) -> Iterator[str]:
+    """The descriptions of a folder that are a whole robot only with the files that they include."""
+    files = (str(file) for file in Path(folder).rglob("*") if file.name.endswith(_ROBOT))
+    loaded = {
+        file: load_robot(file, packages=Packages((*own_package(file), *package_path)))
+        for file in sorted(files)[:_TRIED]
+    }
+    used = {absolute(name) for found in loaded.values() for name in found.expansion.dependencies}
+    for file, found in loaded.items():
+        if not found.has_errors and found.expansion.dependencies and absolute(file) not in used:
+            yield file
