@@ -119,17 +119,23 @@ def describe_fall(simulation: Simulation) -> str:
     )
 
 
+def base_from_lidar(lidar: LidarSensor) -> NDArray[np.float64]:
+    """The pose (4, 4) of a lidar in the frame of its robot's base, on which it must be mounted rigidly."""
+    simulation, spec = lidar.simulation, lidar.spec
+    drive = simulation.robots.first.drive
+    base = drive.base if isinstance(drive, DifferentialDrive) else simulation.robot.root
+    base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(spec.link)
+    pose: NDArray[np.float64] = (base_from_link @ spec.pose).matrix
+    return pose
+
+
 class LidarPoints:
     """Returns the points of a lidar's last scan, in the frame of its robot's base, and the scan's time."""
 
     def __init__(self, lidar: LidarSensor) -> None:
         """The lidar must be mounted rigidly on the base."""
         self._lidar = lidar
-        simulation, spec = lidar.simulation, lidar.spec
-        drive = simulation.robots.first.drive
-        base = drive.base if isinstance(drive, DifferentialDrive) else simulation.robot.root
-        base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(spec.link)
-        self._base_from_sensor = (base_from_link @ spec.pose).matrix
+        self._base_from_sensor = base_from_lidar(lidar)
         self._points: NDArray[np.float64] | None = None
         self._seen_at = -math.inf
 

@@ -1,0 +1,192 @@
+"""What a policy sees and commands: expected values are calculated by hand."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import kbot
+from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
+from kbot.learn.inputs import PolicyInterface, Sectors
+from kbot.learn.robot_interface import policy_interface
+from kbot.learn.targets import GoalTarget, PathTarget
+from kbot.navigation.controller import Observation
+from kbot.navigation.path import Path
+
+GOAL = PolicyInterface("goal", linear=(0.0, 0.4), angular=(-2.0, 2.0))
+HOLONOMIC = PolicyInterface("goal", linear=(-0.4, 0.4), angular=(-2.0, 2.0), lateral=(-0.3, 0.3))
+
+
+def test_goal_is_seen_from_the_base():
+    at = Observation(0.0, PlanarPose(1.0, 2.0, math.pi / 2), PlanarTwist(0.1, 0.0, -0.5))
+    seen = GOAL.named(GOAL.observe(at, GoalTarget(1.0, 5.0), [0.5, -0.25]))
+    assert seen == pytest.approx(
+        {
+            "goal_distance": 3.0, "goal_cos": 1.0, "goal_sin": 0.0,
+            "linear_velocity": 0.1, "angular_velocity": -0.5,
+            "last_linear": 0.5, "last_angular": -0.25,
+        },
+        abs=1e-6,
+    )  # fmt: skip
+    left = GOAL.named(GOAL.observe(at, GoalTarget(-1.0, 2.0), [0.0, 0.0]))
+    assert (left["goal_distance"], left["goal_cos"], left["goal_sin"]) == pytest.approx(
+        (2.0, 0.0, 1.0), abs=1e-6
+    )
+
+
+def test_every_number_is_limited_to_its_bounds():
+    far = Observation(0.0, PlanarPose(), PlanarTwist(9.0, 0.0, -9.0))
+    vector = GOAL.observe(far, GoalTarget(300.0, 400.0), [1.0, 1.0])
+    seen = GOAL.named(vector)
+    assert seen["goal_distance"] == 20.0
+    assert seen["goal_sin"] == pytest.approx(0.8)
+    assert seen["linear_velocity"] == pytest.approx(0.6), "1.5 times the highest command"
+    assert seen["angular_velocity"] == -3.0
+    assert vector.dtype == np.float32
+    assert (GOAL.low <= vector).all()
+    assert (vector <= GOAL.high).all()
+
+
+def test_action_spans_the_bounds_of_the_speeds():
+    assert GOAL.speeds([-1.0, 1.0]) == (0.0, 2.0, 0.0)
+    assert GOAL.speeds([0.0, 0.0]) == (0.2, 0.0, 0.0)
+    assert GOAL.speeds([7.0, -7.0]) == (0.4, -2.0, 0.0), "limited"
+    assert HOLONOMIC.speeds([0.5, 0.0, -1.0]) == pytest.approx((0.2, 0.0, -0.3))
+    twist = HOLONOMIC.twist([0.5, 0.25, -1.0])
+    assert (twist.linear.x, twist.linear.y, twist.angular.z) == pytest.approx((0.2, -0.3, 0.5))
+    assert GOAL.speeds(GOAL.no_action) == (0.0, 0.0, 0.0)
+    assert HOLONOMIC.speeds(HOLONOMIC.no_action) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("action", "part"),
+    [([0.0], "must have 2 numbers (linear, angular)"), ([0.0, math.nan], "finite"), ([[0.0, 0.0]], "shape")],
+)
+def test_action_that_cannot_be_commanded_is_refused(action, part):
+    with pytest.raises(kbot.KbotError, match=r"action") as caught:
+        GOAL.speeds(action)
+    assert part in str(caught.value)
+
+
+def test_holonomic_base_sees_and_commands_sideways():
+    assert [field.name for field in HOLONOMIC.actions] == ["linear", "angular", "lateral"]
+    at = Observation(0.0, PlanarPose(), PlanarTwist(0.1, 0.2, 0.3))
+    seen = HOLONOMIC.named(HOLONOMIC.observe(at, GoalTarget(1.0, 0.0), HOLONOMIC.no_action))
+    assert seen["lateral_velocity"] == pytest.approx(0.2)
+    assert seen["angular_velocity"] == pytest.approx(0.3)
+
+
+def test_sectors_show_the_nearest_point():
+    quarters = Sectors(4, reach=5.0)
+    points = np.array([(1.0, 0.5), (3.0, 0.1), (-2.0, -0.1), (9.0, -9.0)])
+    # counter-clockwise from behind: right behind, right ahead, left ahead, left behind
+    assert quarters.nearest(points) == pytest.approx([math.hypot(2.0, 0.1), 5.0, math.hypot(1.0, 0.5), 5.0])
+    assert quarters.nearest(np.empty((0, 2))).tolist() == [5.0] * 4
+    # atan2 gives pi for -0.0 below the x axis too: both ends of the turn belong to a sector
+    assert quarters.nearest(np.array([(-1.0, 0.0)])).min() == 1.0
+    assert quarters.nearest(np.array([(-1.0, -0.0)])).min() == 1.0
+
+
+def test_sectors_ignore_points_outside_of_the_view():
+    ahead = Sectors(2, -math.pi / 4, math.pi / 4, 5.0)
+    points = np.array([(0.0, 1.0), (-1.0, 0.0), (2.0, 1.0), (0.0, -1.0)])
+    assert ahead.nearest(points) == pytest.approx([5.0, math.hypot(2.0, 1.0)])
+
+
+def test_a_policy_with_a_lidar_needs_a_scan():
+    interface = PolicyInterface("goal", (0.0, 1.0), (-1.0, 1.0), lidar=Sectors(8, reach=3.0))
+    assert len(interface.inputs) == len(interface.low) == 3 + 2 + 2 + 8
+    with pytest.raises(kbot.KbotError, match="no scan"):
+        interface.observe(Observation(0.0, PlanarPose()), GoalTarget(1.0, 0.0), [0.0, 0.0])
+    seen = Observation(0.0, PlanarPose(), obstacles=np.array([(0.5, 0.0)]))
+    named = interface.named(interface.observe(seen, GoalTarget(1.0, 0.0), [0.0, 0.0]))
+    assert [named[f"lidar_{at}"] for at in range(8)] == [3.0] * 4 + [0.5] + [3.0] * 3
+
+
+def test_path_is_seen_from_the_place_that_was_reached():
+    path = PathTarget(Path.through([(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (1.0, 2.0)]))
+    assert path.length == 3.0
+    interface = PolicyInterface("path", (0.0, 1.0), (-1.0, 1.0))
+    at = Observation(0.0, PlanarPose(0.4, -0.1, 0.0))
+    seen = interface.named(interface.observe(at, path, [0.0, 0.0]))
+    assert (path.along, path.offset) == pytest.approx((0.4, 0.1))
+    assert seen["path_remaining"] == pytest.approx(2.6)
+    assert (seen["path_0.2_x"], seen["path_0.2_y"]) == pytest.approx((0.2, 0.1))
+    # 0.8 m ahead of 0.4 is 0.2 m after the corner
+    assert (seen["path_0.8_x"], seen["path_0.8_y"]) == pytest.approx((0.6, 0.3))
+    path.advance(PlanarPose(0.1, 0.0))
+    assert path.along == pytest.approx(0.4), "it never moves back"
+    path.advance(PlanarPose(1.0, 2.0))
+    assert path.along <= 0.9, "nor jumps to a later part that comes close"
+
+
+@pytest.mark.parametrize(
+    "interface", [GOAL, HOLONOMIC, PolicyInterface("path", (-1.0, 1.0), (-1.0, 1.0), None, Sectors(5))]
+)
+def test_text_of_an_interface_reads_back(interface):
+    assert PolicyInterface.from_json(interface.to_json()) == interface
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[1]", '{"format": 1}', GOAL.to_json().replace("[0.0, 0.4]", "3")]
+)
+def test_other_text_is_refused(text):
+    with pytest.raises(kbot.KbotError, match="policy"):
+        PolicyInterface.from_json(text)
+
+
+def test_later_version_is_refused():
+    with pytest.raises(kbot.KbotError, match="another version"):
+        PolicyInterface.from_json(GOAL.to_json().replace('"format": 1', '"format": 2'))
+
+
+@pytest.mark.parametrize(
+    ("make", "part"),
+    [
+        (lambda: Sectors(0), "number of lidar sectors"),
+        (lambda: Sectors(4, 0.0, 7.0), "span"),
+        (lambda: Sectors(4, reach=math.inf), "reach"),
+        (lambda: PolicyInterface("gaol", (0.0, 1.0), (-1.0, 1.0)), "did you mean 'goal'"),
+        (lambda: PolicyInterface("goal", (1.0, 1.0), (-1.0, 1.0)), "linear speed"),
+        (lambda: PolicyInterface("goal", (0.0, 1.0), (-1.0, math.nan)), "angular speed"),
+        (lambda: PolicyInterface("goal", (0.0, 1.0), (-1.0, 1.0), rate=0.0), "rate"),
+        (lambda: PathTarget(Path.through([(1.0, 1.0), (1.0, 1.0)])), "two different points"),
+        (lambda: GoalTarget(math.inf, 0.0), "finite"),
+    ],
+)
+def test_values_that_mean_nothing_are_refused(make, part):
+    with pytest.raises(kbot.KbotError, match=part):
+        make()
+
+
+def test_target_of_another_kind_is_refused():
+    with pytest.raises(kbot.KbotError, match="to a path, not to a goal"):
+        PolicyInterface("path", (0.0, 1.0), (-1.0, 1.0)).observe(
+            Observation(0.0, PlanarPose()), GoalTarget(1.0, 0.0), [0.0, 0.0]
+        )
+
+
+def test_interface_of_a_robot():
+    plain = policy_interface(kbot.Simulation("kbot"), "goal")
+    assert plain.lidar is None
+    assert plain.lateral is None
+    assert plain.linear[0] == 0.0
+    with_lidar = policy_interface(kbot.Simulation(kbot.load("kbot", lidar=True)), "goal", sectors=12)
+    assert with_lidar.lidar == Sectors(12, reach=5.0), "its 360 beams see all around"
+    limited = policy_interface(kbot.Simulation("kbot"), "path", max_speed=(0.1, 0.5), reverse=True)
+    assert (limited.linear, limited.angular) == ((-0.1, 0.1), (-0.5, 0.5))
+
+
+def test_lidar_sectors_without_a_lidar_are_refused():
+    with pytest.raises(kbot.KbotError, match="declares no level lidar"):
+        policy_interface(kbot.Simulation("kbot"), "goal", sectors=12)
+
+
+def test_inputs_need_neither_gymnasium_nor_onnxruntime():
+    code = (
+        "import sys; sys.modules['gymnasium'] = sys.modules['onnxruntime'] = None;"
+        "import kbot.learn.inputs, kbot.learn.robot_interface"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
