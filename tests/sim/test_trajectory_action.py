@@ -5,12 +5,12 @@ import math
 import pytest
 
 from kbot.messages import actions as msg
+from kbot.messages.action_server import MOST_KEPT
 from kbot.messages.control import Duration, JointTrajectory, JointTrajectoryPoint
 from kbot.messages.navigation import GoalID
 from kbot.messages.types import Header, Time
 from kbot.model.spawned import Setting, SpawnedController, with_controllers
 from kbot.sim import Simulation
-from kbot.sim.trajectory_action import MOST_KEPT
 from kbot.text import KbotError
 
 from .test_spawned import MANAGER, arm, transmission

@@ -89,6 +89,9 @@ def test_definitions_match_ros() -> None:
         "rosgraph_msgs/msg/Clock": "a9c97c1d230cfc112e270351a944ee47",
         "map_msgs/msg/OccupancyGridUpdate": "b295be292b335c34718bd939deebe1c9",
         "std_msgs/msg/String": "992ce8a1687cec8c8bd883ec73ca41d1",
+        "move_base_msgs/msg/MoveBaseActionGoal": "660d6895a1b9a16dce51fbdd9a64a56b",
+        "move_base_msgs/msg/MoveBaseActionResult": "1eb06eeff08fa7ea874431638cb52332",
+        "move_base_msgs/msg/MoveBaseActionFeedback": "7d1870ff6e0decea702b943b5af0b42e",
     }
     assert {name: ros1_definition(name)[1] for name in sums} == sums
 

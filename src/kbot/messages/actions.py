@@ -1,4 +1,4 @@
-"""Messages of actionlib (ROS 1), and of the action control_msgs/FollowJointTrajectory."""
+"""Messages of actionlib (ROS 1), and of the actions FollowJointTrajectory and MoveBase."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from kbot.messages.control import Duration, JointTrajectory, JointTrajectoryPoint
-from kbot.messages.navigation import GoalID
+from kbot.messages.navigation import GoalID, PoseStamped
 from kbot.messages.types import Header, Int32
 
 HEADER, NO_TIME, NO_ID = Header(), Duration(), GoalID()
 TRAJECTORY, POINT = JointTrajectory(), JointTrajectoryPoint()
+POSE = PoseStamped()
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +27,7 @@ class GoalStatus:
     SUCCEEDED: ClassVar[int] = 3
     ABORTED: ClassVar[int] = 4
     REJECTED: ClassVar[int] = 5
+    RECALLED: ClassVar[int] = 8
 
 
 STATUS = GoalStatus()
@@ -100,3 +102,42 @@ class FollowJointTrajectoryActionFeedback:
     header: Header = HEADER
     status: GoalStatus = STATUS
     feedback: FollowJointTrajectoryFeedback = FEEDBACK
+
+
+@dataclass(frozen=True, slots=True)
+class MoveBaseGoal:
+    target_pose: PoseStamped = POSE
+
+
+@dataclass(frozen=True, slots=True)
+class MoveBaseResult:
+    """A result without fields."""
+
+
+@dataclass(frozen=True, slots=True)
+class MoveBaseFeedback:
+    base_position: PoseStamped = POSE
+
+
+MOVE_GOAL, MOVE_RESULT, MOVE_FEEDBACK = MoveBaseGoal(), MoveBaseResult(), MoveBaseFeedback()
+
+
+@dataclass(frozen=True, slots=True)
+class MoveBaseActionGoal:
+    header: Header = HEADER
+    goal_id: GoalID = NO_ID
+    goal: MoveBaseGoal = MOVE_GOAL
+
+
+@dataclass(frozen=True, slots=True)
+class MoveBaseActionResult:
+    header: Header = HEADER
+    status: GoalStatus = STATUS
+    result: MoveBaseResult = MOVE_RESULT
+
+
+@dataclass(frozen=True, slots=True)
+class MoveBaseActionFeedback:
+    header: Header = HEADER
+    status: GoalStatus = STATUS
+    feedback: MoveBaseFeedback = MOVE_FEEDBACK

@@ -6,10 +6,11 @@ from __future__ import annotations
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import String, Twist, TwistStamped
 from kbot.messages.clock import Timer
-from kbot.messages.navigation import GoalID, OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
+from kbot.messages.navigation import OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
 from kbot.messages.navigation import Path as PathMessage
 from kbot.navigation.goal_status import GoalState
 from kbot.navigation.goals import Goals
+from kbot.navigation.move_base_action import ACTION, ACTION_TOPICS, MoveBaseAction
 from kbot.navigation.path import Path, from_pose_stamped
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -18,22 +19,24 @@ from kbot.world.occupancy import OccupancyGrid as Grid
 
 GOALS = ("goal_pose", "move_base_simple/goal")
 """The topics on which rviz2 and rviz publish goals."""
-CANCEL, PLACE = "move_base/cancel", "initialpose"
-PLAN, MAP, STATUS = "plan", "map", "navigation_status"
+PLACE = "initialpose"
+PLANS = ("plan", f"{ACTION}/NavfnROS/plan")
+"""The topics on which rviz2 and rviz expect the path from Nav2 and from ROS 1's move_base."""
+MAP, STATUS = "map", "navigation_status"
 WORLD = ("", "map", "world")
 """Frame names of goals that mean the world, because the simulation knows the true pose of its robot."""
 MAP_POLL_RATE = 10.0
 """Checks per second whether a map that is being made is finished."""
-TOPICS = frozenset(f"/{name}" for name in (*GOALS, CANCEL, PLACE, PLAN, MAP, STATUS))
+TOPICS = frozenset(f"/{name}" for name in (*GOALS, *ACTION_TOPICS, PLACE, *PLANS, MAP, STATUS))
 
 
 class NavigationTopics:
     """Subscribes to goals and publishes the navigation's path, map and state.
 
-    It receives goals (PoseStamped on `goal_pose` or `move_base_simple/goal`) and cancels them on a GoalID on
-    `move_base/cancel`, or if another command drives the robot. It publishes the path as a Path on `plan`, the
-    map on `map`, and each change of state as a String on `navigation_status`. A pose estimate (`initialpose`)
-    places the robot at that pose.
+    It receives goals by the action `move_base`. A PoseStamped on `goal_pose` or `move_base_simple/goal`
+    becomes a goal of the action, as in ROS. Another command of the robot cancels the goal. The path is
+    published as a Path on `plan` and `move_base/NavfnROS/plan`, the map on `map`, and each change of state as
+    a String on `navigation_status`. A pose estimate (`initialpose`) places the robot at that pose.
 
     The path and the map are in the frame of odometry, because `map` -> `odom` is left to localisation. The
     map is made when it is first needed, and again if a goal is beyond it."""
@@ -52,11 +55,11 @@ class NavigationTopics:
         settings, naming = robot.settings, robot.naming
         self._prefix = naming.frame_prefix
         self._odometry_frame = self._prefix + (settings.odometry_frame if settings is not None else "odom")
-        self._plan = bus.advertise(PLAN, PathMessage, latched=True)
+        self._plans = [bus.advertise(topic, PathMessage, latched=True) for topic in PLANS]
         self._status = bus.advertise(STATUS, String, latched=True)
         self._map = bus.advertise(MAP, OccupancyGrid, latched=True, on_subscribe=self._map_is_wanted)
-        self._subscriptions = [bus.subscribe(topic, PoseStamped, self._goal) for topic in GOALS]
-        self._subscriptions.append(bus.subscribe(CANCEL, GoalID, lambda _: self.goals.cancel()))
+        self._action = MoveBaseAction(simulation, self.goals, self._go, self._odometry_frame)
+        self._subscriptions = [bus.subscribe(topic, PoseStamped, self._action.take) for topic in GOALS]
         self._subscriptions.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
         if settings is not None:
             self._subscriptions += [
@@ -70,14 +73,17 @@ class NavigationTopics:
         for subscription in self._subscriptions:
             subscription.close()
         self.goals.cancel("navigation was closed")
+        self._action.close()
         self.goals.unwatch(self._report)
 
-    def _goal(self, message: PoseStamped) -> None:
+    def _go(self, message: PoseStamped) -> None:
+        """Begin a goal. Raises KbotError: it is refused at once."""
         frame = message.header.frame_id.lstrip("/")
         try:
             self.goals.go(self._in_world(from_pose_stamped(message), frame))
         except KbotError as error:
             self._refuse(error)
+            raise
 
     def _place(self, message: PoseWithCovarianceStamped) -> None:
         pose = from_pose_stamped(PoseStamped(message.header, message.pose.pose))
@@ -143,7 +149,8 @@ class NavigationTopics:
         if path is not None and path is not self._path:
             self._path = path
             placed = path.seen_from(self._world_from_odom(), self._odometry_frame)
-            self._plan.publish(placed.to_message(self._simulation.clock.stamp))
+            for plan in self._plans:
+                plan.publish(placed.to_message(self._simulation.clock.stamp))
         current = self.goals.count, str(self.goals.status)
         if self.goals.status is not None and current != self._published:
             self._publish_status(current[1])

@@ -33,6 +33,7 @@ def parts() -> dict[str, type]:
         "map_msgs": navigation,
         "gazebo_msgs": services,
         "control_msgs": actions,
+        "move_base_msgs": actions,
     }
     return {
         f"{p}/msg/{name}": getattr(homes[p], name) for p, names in PARTS.items() for name in names.split()

@@ -46,6 +46,10 @@ PARTS = {
         "FollowJointTrajectoryActionGoal FollowJointTrajectoryActionResult "
         "FollowJointTrajectoryActionFeedback"
     ),
+    "move_base_msgs": (
+        "MoveBaseGoal MoveBaseResult MoveBaseFeedback MoveBaseActionGoal MoveBaseActionResult "
+        "MoveBaseActionFeedback"
+    ),
 }
 """Messages that the rosbags library lacks. Services, actions and their topics use them."""
 
