@@ -1,22 +1,26 @@
 """The length of the way from each cell of a grid to the goal, weighted by how near it passes to obstacles.
 
-It is computed by fast sweeping (Zhao 2005) with numpy: each sweep passes over the rows, and propagates within
-a row by a running minimum. Steps lead to sixteen neighbours, so that a way is at most 3 % too long. Few
-sweeps are enough unless the way winds. A controller reads the way from every pose that it considers, which a
-single path does not allow. Jump point search would need its tables again for each change of the grid.
+It is computed by fast sweeping (Zhao 2005) with numpy: each pass goes over the rows, upwards and downwards at
+the same time, and propagates within a row by a running minimum. Steps lead to sixteen neighbours, so that a
+way is at most 3 % too long. Few passes are enough unless the way winds. A controller reads the way from every
+pose that it considers, which a single path does not allow. Jump point search would need its tables again for
+each change of the grid.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from kbot.navigation.local.distance_field import distances
+from kbot.navigation.local.distance_field import squared_distances
 
 Values = NDArray[np.float64]
+Positions = NDArray[np.floating[Any]]
 
 LETHAL = 1e4
 """Weight of a metre in cells where the robot touches an obstacle. Ways through them exist, so that every cell
@@ -28,8 +32,12 @@ _NEAR_WEIGHT = 6.0
 passage."""
 _REPULSION = 0.3
 """Metres that the cells of obstacles count more than the nearest free cell."""
-_MOST_SWEEPS = 30
+_MOST_PASSES = 15
 _CONVERGED = 1e-3
+_LENGTHS = np.sqrt([5.0, 2.0, 1.0, 2.0, 5.0, 5.0, 5.0])
+"""Cells from the columns -2 to 2 of the next row, and from the columns -1 and 1 of the row after it."""
+_least = np.minimum.reduce
+_running_least = np.minimum.accumulate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,17 +50,28 @@ class CostToGo:
     corner: tuple[float, float]
     resolution: float
 
-    def at(self, x: Values, y: Values) -> Values:
+    def at(self, x: Positions, y: Positions) -> Values:
         """The lengths at points in m, interpolated between the middles of cells."""
         rows, columns = self.values.shape
-        u = np.clip((x - self.corner[0]) / self.resolution - 0.5, 0.0, columns - 1.001)
-        v = np.clip((y - self.corner[1]) / self.resolution - 0.5, 0.0, rows - 1.001)
+        u, v = x * (1.0 / self.resolution), y * (1.0 / self.resolution)
+        u -= self.corner[0] / self.resolution + 0.5
+        v -= self.corner[1] / self.resolution + 0.5
+        for cell, last in ((u, columns - 1.001), (v, rows - 1.001)):
+            np.maximum(cell, 0.0, out=cell)
+            np.minimum(cell, last, out=cell)
         column, row = u.astype(np.intp), v.astype(np.intp)
-        u, v = u - column, v - row
+        u -= column
+        v -= row
         flat, at = self.values.ravel(), row * columns + column
-        low = flat[at] * (1.0 - u) + flat[at + 1] * u
-        high = flat[at + columns] * (1.0 - u) + flat[at + columns + 1] * u
-        found: Values = low * (1.0 - v) + high * v
+        low, low_right = flat.take(at), flat.take(at + 1)
+        at += columns
+        high, high_right = flat.take(at), flat.take(at + 1)
+        low += (low_right - low) * u
+        high += (high_right - high) * u
+        high -= low
+        high *= v
+        high += low
+        found: Values = high
         return found
 
     def is_blocked(self, x: float, y: float, radius: float) -> bool:
@@ -71,17 +90,28 @@ class CostToGo:
 def weights(occupied: NDArray[np.bool_], resolution: float, radius: float, room: float) -> Values:
     """The weight of a metre in each cell: `LETHAL` nearer to an obstacle than `radius`, and 1 from `room` (m)
     beyond it."""
-    away = distances(occupied, math.ceil((radius + room) / resolution)).astype(np.float64) * resolution
+    most = math.ceil((radius + room) / resolution)
+    # a table, because the square of a distance is a small integer
+    away = np.sqrt(np.arange(most * most + 1)) * resolution
     near = np.clip(1.0 - (away - radius) / room, 0.0, 1.0)
-    return np.where(away < radius, LETHAL, 1.0 + _NEAR_WEIGHT * near * near)
+    table = np.where(away < radius, LETHAL, 1.0 + _NEAR_WEIGHT * near * near)
+    found: Values = table.take(squared_distances(occupied, most))
+    return found
 
 
 def halved(weight: Values) -> Values:
     """The lowest weight of each square of 2 x 2 cells, so that a narrow passage stays open."""
     rows, columns = (size // 2 * 2 for size in weight.shape)
-    blocks = weight[:rows, :columns].reshape(rows // 2, 2, columns // 2, 2)
-    lowest: Values = blocks.min(axis=(1, 3))
+    lower = np.minimum(weight[:rows:2, :columns], weight[1:rows:2, :columns])
+    lowest: Values = np.minimum(lower[:, ::2], lower[:, 1::2])
     return lowest
+
+
+def _pair(first: int, second: int) -> slice:
+    """The slice of two rows, in this order."""
+    step = second - first
+    end = second + (1 if step > 0 else -1)
+    return slice(first, end if end >= 0 else None, step)
 
 
 class Sweeping:
@@ -98,6 +128,8 @@ class Sweeping:
         """`weight` as `weights` returns it. All places within `radius` (m) of the `goal` are the goal.
 
         If the goal is outside of the grid, the way beyond the grid is a straight line."""
+        if len(weight) % 2:  # the rows are relaxed in pairs
+            weight = np.concatenate([weight, weight[-1:]])
         self._weight, self._corner, self._resolution = weight, corner, resolution
         rows, columns = weight.shape
         x = corner[0] + (np.arange(columns) + 0.5) * resolution
@@ -105,6 +137,8 @@ class Sweeping:
         straight = np.hypot(x[None, :] - goal[0], y[:, None] - goal[1])
         self._padded = np.full((rows + 4, columns + 4), 1e9)
         self._values = self._padded[2:-2, 2:-2]
+        # each row of `padded`, shifted by -2 to 2 columns: (rows + 4, 5, columns)
+        self._shifted = sliding_window_view(self._padded, columns, axis=1)
         inside = (
             corner[0] <= goal[0] < x[-1] + resolution / 2 and corner[1] <= goal[1] < y[-1] + resolution / 2
         )
@@ -117,49 +151,44 @@ class Sweeping:
         self._values[source] = np.maximum(straight[source] - radius, 0.0)
         step = resolution * (weight[:, 1:] + weight[:, :-1]) / 2.0
         self._along = np.concatenate([np.zeros((rows, 1)), np.cumsum(step, axis=1)], axis=1)
-        # the lengths of a straight, a diagonal and a knight's step into each cell
-        self._steps = [weight * (resolution * length) for length in (1.0, math.sqrt(2.0), math.sqrt(5.0))]
-        self._sweeps = 0
+        self._steps = weight[:, None] * (resolution * _LENGTHS[:, None])
+        self._ways = np.empty_like(self._steps[:2])
+        self._passes, self._is_first_half = 0, True
         self._before = self._values.copy()
         self.is_done = False
 
     def sweep(self) -> None:
-        """Pass over the rows once; upwards and downwards in turn."""
-        rows = len(self._values)
-        upwards = self._sweeps % 2 == 0
-        for row in range(rows) if upwards else range(rows - 1, -1, -1):
-            self._relax(row, -1 if upwards else 1)
-        self._sweeps += 1
-        if self._sweeps % 2 == 0:
+        """Do half of a pass: relax the rows upwards from the first, and at once downwards from the last,
+        until they meet, or from there to the ends."""
+        middle = len(self._values) // 2
+        for row in range(middle) if self._is_first_half else range(middle, 2 * middle):
+            self._relax(row)
+        self._is_first_half = not self._is_first_half
+        if self._is_first_half:
+            self._passes += 1
             change = float((self._before - self._values).max())
-            self.is_done = change < _CONVERGED or self._sweeps >= _MOST_SWEEPS
+            self.is_done = change < _CONVERGED or self._passes >= _MOST_PASSES
             self._before[:] = self._values
 
-    def _relax(self, row: int, side: int) -> None:
-        """Update a row from the two rows on one side of it, and then from within."""
-        padded, columns = self._padded, self._values.shape[1]
-        near, far = padded[row + 2 + side], padded[row + 2 + 2 * side]
-        straight, diagonal, knight = self._steps
-        minimum, value, along = np.minimum, self._values[row], self._along[row]
-        way = minimum(near[1 : columns + 1], near[3 : columns + 3])
-        way += diagonal[row]
-        minimum(value, way, out=value)
-        minimum(near[:columns], near[4:], out=way)
-        minimum(way, far[1 : columns + 1], out=way)
-        minimum(way, far[3 : columns + 3], out=way)
-        way += knight[row]
-        minimum(value, way, out=value)
-        np.add(near[2 : columns + 2], straight[row], out=way)
-        minimum(value, way, out=value)
-        np.subtract(value, along, out=way)
-        minimum.accumulate(way, out=way)
-        way += along
-        minimum(value, way, out=value)
-        np.add(value, along, out=way)
-        backwards = way[::-1]
-        minimum.accumulate(backwards, out=backwards)
-        way -= along
-        minimum(value, way, out=value)
+    def _relax(self, row: int) -> None:
+        """Update a row from the two rows below it and from within, and its mirror image from the two rows
+        above.
+
+        Calls of numpy take most of the time, not their work: fourteen neighbours are handled at once."""
+        rows = len(self._values)
+        pair, ways = _pair(row, rows - 1 - row), self._ways
+        value, along, steps = self._values[pair], self._along[pair], self._steps[pair]
+        near, far = _pair(row + 1, rows + 2 - row), _pair(row, rows + 3 - row)
+        np.add(self._shifted[near], steps[:, :5], out=ways[:, :5])
+        np.add(self._shifted[far][:, 1:4:2], steps[:, 5:], out=ways[:, 5:])
+        np.minimum(value, _least(ways, axis=1), out=value)
+        value -= along
+        _running_least(value, axis=1, out=value)
+        value += along
+        value += along
+        backwards = value[:, ::-1]
+        _running_least(backwards, axis=1, out=backwards)
+        value -= along
 
     def result(self) -> CostToGo:
         """The lengths so far. Those in obstacles are a little above those of the nearest free cell."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from kbot.navigation.footprint import Outline
 from kbot.navigation.local.distance_field import DistanceField
 
 Values = NDArray[np.float64]
+Positions = NDArray[np.floating[Any]]
 
 
 class FootprintClearance:
@@ -30,20 +32,20 @@ class FootprintClearance:
         across = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.hypot(*edges.T)[:, None]
         self.inner = float(((outline.corners - self.middle) * across).sum(axis=1).min())
 
-    def of(self, field: DistanceField, x: Values, y: Values, yaw: Values) -> Values:
+    def of(self, field: DistanceField, x: Positions, y: Positions, yaw: Positions) -> NDArray[np.float32]:
         """The clearance in m at poses of the base (arrays of one shape), negative inside an obstacle.
 
         A clearance of more than `field.most` - `outer` is reported as that."""
         cos, sin = np.cos(yaw), np.sin(yaw)
-        mx, my = self.middle.tolist()
+        mx, my = self.middle.astype(cos.dtype)
         away = field.at(x + cos * mx - sin * my, y + sin * mx + cos * my)
-        clearance: Values = np.where(away < self.inner, away - self.inner, away - self.outer)
-        exact = (away >= self.inner) & (away < field.most)
-        px, py = self._points.T
-        c, s, cx, cy = cos[exact][:, None], sin[exact][:, None], x[exact][:, None], y[exact][:, None]
-        if len(c):
-            at_points = field.at(cx + c * px - s * py, cy + s * px + c * py)
-            clearance[exact] = at_points.min(axis=1)
+        clearance = away - np.where(away < self.inner, self.inner, self.outer).astype(np.float32)
+        exact = np.flatnonzero((away >= self.inner) & (away < field.most))
+        if len(exact):
+            c, s, cx, cy = (values.ravel()[exact] for values in (cos, sin, x, y))
+            px, py = self._points.astype(cos.dtype).T[..., None]
+            at_points = field.at(cx + (c * px - s * py), cy + (s * px + c * py))
+            clearance.ravel()[exact] = np.minimum.reduce(at_points, axis=0)
         return clearance
 
 

@@ -203,10 +203,12 @@ class LocalNavigator:
                 return self._end(GoalState.STUCK, f"the lidar has been silent for {silence:.1f} s")
             return STILL
         if time < run.begun + settings.settle:
+            self._replan(run)
             return STILL
         self._replan(run)
+        while self._cost_to_go is None:
+            self._replan(run)
         cost_to_go = self._cost_to_go
-        assert cost_to_go is not None
         pose = observation.pose
         if run.final is not None or self._is_near(run, pose, cost_to_go):
             return self._approach(run, observation)
@@ -225,7 +227,7 @@ class LocalNavigator:
         return twist(v, w)
 
     def _replan(self, run: _Run) -> None:
-        """Continue to compute the cost-to-go: one sweep per tick, but all of them for a new goal."""
+        """Continue to compute the cost-to-go: a share of the work per tick."""
         if self._sweeping is None:
             weight = halved(
                 weights(self.grid.occupied, self.grid.resolution, self._radius, self.settings.room)
@@ -234,12 +236,8 @@ class LocalNavigator:
             self._sweeping = Sweeping(
                 weight, self.grid.corner, 2.0 * self.grid.resolution, goal, self._tolerance(run)
             )
-            if self._cost_to_go is not None:
-                return
-        while not self._sweeping.is_done:
-            self._sweeping.sweep()
-            if self._cost_to_go is not None:
-                break
+            return
+        self._sweeping.sweep()
         if self._sweeping.is_done:
             self._cost_to_go = self._sweeping.result()
             self._sweeping = None

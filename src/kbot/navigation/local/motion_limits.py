@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, Steer
 from kbot.navigation.controller import GENTLE
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
+
+Speeds = NDArray[np.floating[Any]]
 
 _GRIP = 3.0
 """m/s^2. Declared accelerations are often higher, but tyres of skid-steer robots slip beyond about 0.3 g."""
@@ -50,10 +53,10 @@ class MotionLimits:
         if not all(math.isfinite(value) and value > 0.0 for value in values):
             raise KbotError("the limits of speed and acceleration must be finite numbers above 0")
 
-    def turn_at(self, speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    def turn_at(self, speed: Speeds) -> Speeds:
         """The highest turning speed in rad/s at forward speeds in m/s."""
         slow = self.curve_acceleration / self.angular
-        highest: NDArray[np.float64] = self.curve_acceleration / np.maximum(np.abs(speed), slow)
+        highest: Speeds = self.curve_acceleration / np.maximum(np.abs(speed), slow)
         return highest
 
 

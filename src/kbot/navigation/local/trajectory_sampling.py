@@ -22,7 +22,9 @@ from kbot.navigation.local.distance_field import DistanceField
 from kbot.navigation.local.footprint_clearance import FootprintClearance
 from kbot.navigation.local.motion_limits import MotionLimits
 
-Values = NDArray[np.float64]
+Values = NDArray[np.float32]
+"""Samples are arrays (steps, samples) of short floating-point numbers: numpy is fastest on long rows and half
+the bytes. The rounding of 1e-7 is far below a cell."""
 
 _COLLISION = 100.0
 """Cost in m of a sample that touches an obstacle. It is above every other cost."""
@@ -75,10 +77,10 @@ class TrajectorySampling:
         self.limits, self.settings = limits, settings
         self._footprint = footprint
         self._random = np.random.default_rng(seed)
-        self._mean = np.zeros((settings.time_steps, 2))
+        self._mean: Values = np.zeros((2, settings.time_steps), dtype=np.float32)
         self._blend = _interpolation(settings.knots, settings.time_steps)
-        self._low = np.array([-settings.reverse * limits.linear, -limits.angular])
-        self._high = np.array([limits.linear, limits.angular])
+        self._low = np.array([-settings.reverse * limits.linear, -limits.angular], dtype=np.float32)
+        self._high = np.array([limits.linear, limits.angular], dtype=np.float32)
         self._arcs = self._constant_arcs()
         self._nose = footprint.outer
         """m ahead of the base at which the cost-to-go is read, so that the heading counts as well."""
@@ -104,11 +106,12 @@ class TrajectorySampling:
         costs, collides = self._costs(commands, pose, twist, field, cost_to_go, least)
         best = int(costs.argmin())
         share = np.exp((costs[best] - costs) / self.settings.temperature)
-        mean = np.tensordot(share / share.sum(), commands, axes=1)
-        mean_cost, mean_collides = self._costs(mean[None], pose, twist, field, cost_to_go, least)
+        share /= share.sum()
+        mean = commands @ share
+        mean_cost, mean_collides = self._costs(mean[..., None], pose, twist, field, cost_to_go, least)
         # the mean of samples that pass an obstacle on both sides would lead into it
         if mean_collides[0] or mean_cost[0] > costs[best] + self.settings.temperature:
-            mean = commands[best].copy()
+            mean = commands[..., best].copy()
         self.is_blocked = bool(collides[best] and mean_collides[0])
         if self.is_blocked:
             self.restart()
@@ -116,7 +119,7 @@ class TrajectorySampling:
         self._mean = mean
         # in steps that the tyres hold: wheels that slip measure a wrong distance
         change = period * np.array([self.limits.acceleration, self.limits.angular_acceleration])
-        v, w = (commanded + np.clip(mean[0] - commanded, -change, change)).tolist()
+        v, w = (commanded + np.clip(mean[:, 0] - commanded, -change, change)).tolist()
         fastest = float(self.limits.turn_at(np.array([twist.x]))[0])
         return v, min(max(w, -fastest), fastest)
 
@@ -125,70 +128,80 @@ class TrajectorySampling:
     ) -> bool:
         """Whether the robot may hold a command for a second."""
         steps = max(1, round(1.0 / self.settings.model_dt))
-        x, y, yaw, _ = self._rollout(np.tile(np.array(command), (1, steps, 1)), pose, twist)
+        held = np.array(command, dtype=np.float32)[:, None, None]
+        x, y, yaw, _, _ = self._rollout(held.repeat(steps, axis=1), pose, twist)
         clearance = self._footprint.of(field, x, y, yaw)
         return bool((clearance >= self._least_clearance(pose, field)).all())
 
     def _advance(self, period: float) -> None:
         """Shift the last trajectory by the time that has passed."""
-        times = np.arange(len(self._mean)) + period / self.settings.model_dt
-        for column in range(2):
-            self._mean[:, column] = np.interp(times, np.arange(len(self._mean)), self._mean[:, column])
+        steps = np.arange(self._mean.shape[1])
+        for row in self._mean:
+            row[:] = np.interp(steps + period / self.settings.model_dt, steps, row)
 
     def _samples(self) -> Values:
-        """Speeds (samples, steps, 2): the last trajectory, arcs, and random changes of the last
+        """Speeds (2, steps, samples): the last trajectory, arcs, and random changes of the last
         trajectory."""
         settings = self.settings
-        count = settings.batch_size - len(self._arcs) - 1
-        spread = np.array([settings.vx_std, settings.wz_std]) * (self._high[0], self._high[1])
-        drawn = self._random.standard_normal((count, settings.knots, 2)) * spread
+        arcs = self._arcs.shape[2]
+        count = settings.batch_size - arcs - 1
+        drawn = self._random.standard_normal((2, settings.knots, count), dtype=np.float32)
+        drawn *= (self._high * (settings.vx_std, settings.wz_std)).astype(np.float32)[:, None, None]
         # two thirds stay near the last trajectory, to refine it: in a narrow gap, all others collide
-        drawn[: count // 3] *= 0.1
-        drawn[count // 3 : 2 * count // 3] *= 0.3
-        changed = self._mean + (drawn.transpose(0, 2, 1) @ self._blend.T).transpose(0, 2, 1)
-        samples = np.concatenate([self._mean[None], self._arcs, changed])
-        clipped: Values = np.clip(samples, self._low, self._high)
-        return clipped
+        drawn[..., : count // 3] *= np.float32(0.1)
+        drawn[..., count // 3 : 2 * count // 3] *= np.float32(0.3)
+        samples = np.empty((2, settings.time_steps, settings.batch_size), dtype=np.float32)
+        samples[..., 0] = self._mean
+        samples[..., 1 : 1 + arcs] = self._arcs
+        changed = samples[..., 1 + arcs :]
+        np.matmul(self._blend, drawn, out=changed)
+        changed += self._mean[..., None]
+        for speeds, low, high in zip(samples, self._low, self._high, strict=True):
+            np.minimum(speeds, high, out=speeds)
+            np.maximum(speeds, low, out=speeds)
+        return samples
 
     def _constant_arcs(self) -> Values:
-        forward, turn = self._high
-        arcs = [(0.0, 0.0), (self._low[0], 0.0), (0.5 * self._low[0], 0.0)]
+        forward, turn = self._high.tolist()
+        back = float(self._low[0])
+        arcs = [(0.0, 0.0), (back, 0.0), (0.5 * back, 0.0)]
         arcs += [(0.0, turn * share) for share in (-0.5, -0.25, 0.25, 0.5)]
         shares = (-0.5, -0.25, -0.1, 0.0, 0.1, 0.25, 0.5)
         arcs += [(forward * v, turn * w) for v, w in product((0.1, 0.3, 1.0), shares)]
-        return np.repeat(np.array(arcs)[:, None], self.settings.time_steps, axis=1)
+        return np.array(arcs, dtype=np.float32).T[:, None].repeat(self.settings.time_steps, axis=1)
 
     def _rollout(
         self, commands: Values, pose: PlanarPose, twist: PlanarTwist
-    ) -> tuple[Values, Values, Values, Values]:
-        """Positions, headings and speeds (samples, steps) if the speeds follow the commands within the
+    ) -> tuple[Values, Values, Values, Values, Values]:
+        """Positions, headings and speeds (steps, samples) if the speeds follow the commands within the
         accelerations."""
-        step, limits = self.settings.model_dt, self.limits
-        faster, turning = step * limits.acceleration, step * limits.angular_acceleration
-        # steps first, because numpy is fastest on contiguous rows
-        targets = np.ascontiguousarray(commands.transpose(2, 1, 0))
-        speeds = np.empty_like(targets)
-        v = np.full(len(commands), twist.x)
-        w = np.full(len(commands), twist.yaw)
-        for at, (target, turn) in enumerate(zip(*targets, strict=True)):
-            fastest = limits.turn_at(v)
-            np.minimum(turn, fastest, out=turn)
-            np.maximum(turn, -fastest, out=turn)
-            v = np.minimum(np.maximum(target, v - faster), v + faster)
-            w = np.minimum(np.maximum(turn, w - turning), w + turning)
-            speeds[0, at], speeds[1, at] = v, w
-        speeds = speeds.transpose(2, 1, 0)
-        v, w = speeds[..., 0], speeds[..., 1]
-        turned = np.cumsum(w, axis=1) * step
-        middle = pose.yaw + turned - w * (step / 2.0)
-        cos, sin, across = np.cos(middle), np.sin(middle), -limits.drift * v * w
-        x = pose.x + np.cumsum(v * cos - across * sin, axis=1) * step
-        y = pose.y + np.cumsum(v * sin + across * cos, axis=1) * step
-        return x, y, pose.yaw + turned, speeds
+        step, limits = np.float32(self.settings.model_dt), self.limits
+        v = _limited(commands[0], twist.x, float(step) * limits.acceleration)
+        before = np.concatenate([np.full_like(v[:1], twist.x), v[:-1]])
+        fastest = limits.turn_at(before)
+        turn = np.minimum(commands[1], fastest)
+        np.maximum(turn, -fastest, out=turn)
+        w = _limited(turn, twist.yaw, float(step) * limits.angular_acceleration)
+        turned = w.cumsum(axis=0)
+        turned *= step
+        turned += np.float32(pose.yaw)
+        middle = turned - w * (step / 2)
+        cos, sin = np.cos(middle), np.sin(middle)
+        x, y = v * cos, v * sin
+        if limits.drift:
+            across = v * w
+            across *= np.float32(-limits.drift)
+            x -= across * sin
+            y += across * cos
+        for along, start in ((x, pose.x), (y, pose.y)):
+            along.cumsum(axis=0, out=along)
+            along *= step
+            along += np.float32(start)
+        return x, y, turned, v, w
 
     def _least_clearance(self, pose: PlanarPose, field: DistanceField) -> float:
         """The clearance in m that no pose may fall below. A robot that is nearer may only move away."""
-        x, y, yaw = (np.array([value]) for value in (pose.x, pose.y, pose.yaw))
+        x, y, yaw = (np.array([value], dtype=np.float32) for value in (pose.x, pose.y, pose.yaw))
         now = float(self._footprint.of(field, x, y, yaw)[0])
         return min(self.settings.margin, now - 1e-6)
 
@@ -203,30 +216,53 @@ class TrajectorySampling:
     ) -> tuple[Values, NDArray[np.bool_]]:
         """The costs in m of the samples, and which of them collide: come nearer to an obstacle than
         `least`."""
-        settings = self.settings
-        x, y, yaw, speeds = self._rollout(commands, pose, twist)
+        settings, fastest = self.settings, self.limits.linear
+        x, y, yaw, v, w = self._rollout(commands, pose, twist)
+        steps = len(x)
         clearance = self._footprint.of(field, x, y, yaw)
         hits = clearance < least
-        collides: NDArray[np.bool_] = np.logical_or.reduce(hits, axis=1)
-        first = np.where(collides, hits.argmax(axis=1), hits.shape[1])
-        near = np.clip(1.0 - (clearance - settings.margin) / settings.room, 0.0, 1.0)
-        v, corner = speeds[..., 0], self._footprint.outer * speeds[..., 1]
-        furthest = self.limits.linear * settings.time_steps * settings.model_dt
-        cost = settings.room_weight * furthest * (near * near * (v * v + corner * corner)).mean(axis=1)
-        cost /= self.limits.linear**2
-        cost += settings.reverse_weight * (np.clip(-v, 0.0, None) / self.limits.linear).mean(axis=1)
+        collides: NDArray[np.bool_] = np.logical_or.reduce(hits, axis=0)
+        # 1 within the margin, 0 from `room` beyond it
+        near = np.subtract(settings.margin + settings.room, clearance, out=clearance)
+        near *= np.float32(1.0 / settings.room)
+        np.maximum(near, 0.0, out=near)
+        np.minimum(near, 1.0, out=near)
+        near *= near
+        corner = w * np.float32(self._footprint.outer)
+        corner *= corner
+        corner += v * v
+        near *= corner
+        furthest = fastest * settings.time_steps * settings.model_dt
+        cost = near.sum(axis=0)
+        cost *= settings.room_weight * furthest / (steps * fastest**2)
+        backwards = np.minimum(v, 0.0).sum(axis=0)
+        cost -= backwards * (settings.reverse_weight / (steps * fastest))
         # the end counts, and half of it early progress, so that the robot does not wait
-        at = np.array([commands.shape[1] // 2, commands.shape[1] - 1])
-        ahead = cost_to_go.at(x[:, at], y[:, at])
-        nose = cost_to_go.at(
-            x[:, -1] + self._nose * np.cos(yaw[:, -1]), y[:, -1] + self._nose * np.sin(yaw[:, -1])
-        )
-        cost += 0.5 * ahead[:, 0] + 0.5 * ahead[:, 1] + 0.5 * nose
-        cost += np.where(collides, _COLLISION * (2.0 - first / hits.shape[1]), 0.0)
+        half, nose = steps // 2, np.float32(self._nose)
+        at_x = np.concatenate([x[half], x[-1], x[-1] + nose * np.cos(yaw[-1])])
+        at_y = np.concatenate([y[half], y[-1], y[-1] + nose * np.sin(yaw[-1])])
+        cost += 0.5 * cost_to_go.at(at_x, at_y).reshape(3, -1).sum(axis=0)
+        if collides.any():
+            first = hits.argmax(axis=0) / steps
+            cost += np.where(collides, _COLLISION * (2.0 - first), 0.0)
         return cost, collides
+
+
+def _limited(targets: Values, start: float, change: float) -> Values:
+    """Speeds (steps, samples) that follow the targets from `start` with at most `change` per step."""
+    speeds, most = np.empty_like(targets), np.float32(change)
+    lowest, highest = np.full_like(targets[0], start), np.empty_like(targets[0])
+    before = lowest.copy()
+    for speed, target in zip(speeds, targets, strict=True):
+        np.subtract(before, most, out=lowest)
+        np.add(before, most, out=highest)
+        np.maximum(target, lowest, out=speed)
+        np.minimum(speed, highest, out=speed)
+        before = speed
+    return speeds
 
 
 def _interpolation(knots: int, steps: int) -> Values:
     """A matrix (steps, knots) that interpolates linearly from knots to steps."""
     at = np.linspace(0.0, knots - 1.0, steps)
-    return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(knots)))
+    return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(knots))).astype(np.float32)
