@@ -9,9 +9,9 @@ from __future__ import annotations
 import os
 import queue
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import TracebackType
 from typing import Generic, TypeVar
 
@@ -25,6 +25,7 @@ from kbot.trials.films import run_filmed
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource, Scenario
+from kbot.trials.scenario_keys import with_keys
 from kbot.trials.trial import load_source, run_trial
 from kbot.trials.watchdog import watchdog
 from kbot.worker import LimitExceeded, Worker, WorkerLimits
@@ -67,6 +68,7 @@ class Task:
     record           the file to record the run to
     robot            as it was typed, if a battery is tried
     error            why the trial cannot run
+    keys             values that replace those of the scenario, by the path of their key
     """
 
     scenario: Scenario
@@ -79,6 +81,7 @@ class Task:
     record: str = ""
     robot: str = ""
     error: str = ""
+    keys: Mapping[str, int | float | str] = field(default_factory=dict)
 
     @property
     def limit(self) -> float:
@@ -110,7 +113,11 @@ class Pool:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._end_workers()
+        self.end_workers()
+
+    def calls(self, work: Callable[[A], T]) -> Calls[A, T]:
+        """Begin calls of a module's function. End them before the next ones begin."""
+        return Calls(self, work)
 
     def map(
         self,
@@ -125,50 +132,87 @@ class Pool:
         in which the calls end. Ctrl-C ends the processes at once: the outcomes of unfinished calls are None.
         """
         outcomes: list[Outcome[T] | None] = [None] * len(items)
-        waiting: queue.SimpleQueue[int] = queue.SimpleQueue()
-        for index in range(len(items)):
-            waiting.put(index)
-        done: queue.SimpleQueue[tuple[int, Outcome[T]]] = queue.SimpleQueue()
-        stop = threading.Event()
-
-        def drive(worker: Worker) -> None:
-            with suppress(queue.Empty):
-                while not stop.is_set():
-                    index = waiting.get_nowait()
-                    worker.limits = WorkerLimits(seconds(items[index]))
-                    try:
-                        outcome = Outcome(worker.call(work, items[index]))
-                    except Exception as error:  # noqa: BLE001 - reported as the item's
-                        outcome = Outcome(error=error)
-                    if not stop.is_set():
-                        done.put((index, outcome))
-
-        while len(self._workers) < min(self.jobs, len(items)):
-            self._workers.append(Worker())
-        threads = [threading.Thread(target=drive, args=(worker,), daemon=True) for worker in self._workers]
-        try:
-            for thread in threads:
-                thread.start()
-            missing = len(items)
-            while missing:
-                with suppress(queue.Empty):
-                    index, outcome = done.get(timeout=WAKE_SECONDS)
-                    outcomes[index] = outcome
-                    missing -= 1
-                    on_done(index, outcome)
-        except KeyboardInterrupt:
-            self.interrupted = True
-        finally:
-            stop.set()
-            while self.interrupted and any(thread.is_alive() for thread in threads):
-                self._end_workers()  # a thread may just be starting its process
-                for thread in threads:
-                    thread.join(WAKE_SECONDS)
+        with suppress(KeyboardInterrupt), self.calls(work) as calls:
+            for index, item in enumerate(items):
+                calls.submit(index, item, seconds(item))
+            for _ in items:
+                index, outcome = calls.wait()
+                outcomes[index] = outcome
+                on_done(index, outcome)
         return outcomes
 
-    def _end_workers(self) -> None:
+    def worker(self, number: int) -> Worker:
+        """One of the workers, which starts its process with its first call."""
+        while len(self._workers) <= number:
+            self._workers.append(Worker())
+        return self._workers[number]
+
+    def end_workers(self) -> None:
+        """End all processes. Later calls start new ones."""
         for worker in self._workers:
             worker.end()
+
+
+class Calls(Generic[A, T]):
+    """Calls of one function in the processes of a pool. Each worker is driven by a thread of this process."""
+
+    def __init__(self, pool: Pool, work: Callable[[A], T]) -> None:
+        self._pool, self._work = pool, work
+        self._waiting: queue.SimpleQueue[tuple[int, A, float] | None] = queue.SimpleQueue()
+        self._done: queue.SimpleQueue[tuple[int, Outcome[T]]] = queue.SimpleQueue()
+        self._threads: list[threading.Thread] = []
+        self._open = 0
+        """The number of calls that have begun or wait, and whose outcome is not known."""
+        self._stop = threading.Event()
+
+    def __enter__(self) -> Calls[A, T]:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the calls. Those that have not ended, as after Ctrl-C, end with their processes."""
+        self._stop.set()
+        for _ in self._threads:
+            self._waiting.put(None)
+        if isinstance(error, KeyboardInterrupt):
+            self._pool.interrupted = True
+        while self._open and any(thread.is_alive() for thread in self._threads):
+            self._pool.end_workers()  # a thread may just be starting its process
+            for thread in self._threads:
+                thread.join(WAKE_SECONDS)
+
+    def submit(self, key: int, item: A, seconds: float) -> None:
+        """Call the function for an item as soon as a process is free. Does not wait.
+
+        `seconds` is the processor time that the call may take.
+        """
+        self._waiting.put((key, item, seconds))
+        self._open += 1
+        if len(self._threads) < min(self._pool.jobs, self._open):
+            worker = self._pool.worker(len(self._threads))
+            thread = threading.Thread(target=self._drive, args=(worker,), daemon=True)
+            self._threads.append(thread)
+            thread.start()
+
+    def wait(self) -> tuple[int, Outcome[T]]:
+        """Wait for the end of the call that ends first. Returns its key and its outcome."""
+        while True:
+            with suppress(queue.Empty):
+                found = self._done.get(timeout=WAKE_SECONDS)
+                self._open -= 1
+                return found
+
+    def _drive(self, worker: Worker) -> None:
+        while (call := self._waiting.get()) is not None and not self._stop.is_set():
+            key, item, seconds = call
+            worker.limits = WorkerLimits(seconds)
+            try:
+                outcome = Outcome(worker.call(self._work, item))
+            except Exception as error:  # noqa: BLE001 - reported as the item's
+                outcome = Outcome(error=error)
+            if not self._stop.is_set():
+                self._done.put((key, outcome))
 
 
 def run_tasks(
@@ -188,18 +232,33 @@ def run_tasks(
 
     def keep(number: int, outcome: Outcome[TrialResult]) -> None:
         index = runnable[number]
-        task = tasks[index]
-        failed = TrialResult(task.scenario.name, task.seed, error=_why(outcome.error, limit or task.limit))
-        result = results[index] = outcome.value or failed
+        result = results[index] = result_of(limited[number], outcome)
         on_result(index, result)
 
     limited = [(tasks[index], limit or tasks[index].limit) for index in runnable]
-    pool.map(run_task, limited, lambda item: item[1] + GRACE_SECONDS, keep)
+    pool.map(run_task, limited, seconds_of, keep)
     return results
 
 
-def run_task(item: tuple[Task, float]) -> TrialResult:
-    """Run a trial in this process, with at most this much processor time in seconds for the user's code."""
+LimitedTask = tuple[Task, float]
+"""A trial, and the processor time in seconds that the user's code may take."""
+
+
+def seconds_of(item: LimitedTask) -> float:
+    """The processor time in seconds after which the process of a trial is killed."""
+    return item[1] + GRACE_SECONDS
+
+
+def result_of(item: LimitedTask, outcome: Outcome[TrialResult]) -> TrialResult:
+    """The result of a trial that ran in a pool. One without a result of its own failed."""
+    if outcome.value is not None:
+        return outcome.value
+    task, limit = item
+    return TrialResult(task.scenario.name, task.seed, error=_why(outcome.error, limit))
+
+
+def run_task(item: LimitedTask) -> TrialResult:
+    """Run a trial in this process."""
     task, limit = item
     try:
         with watchdog(_programs(task), limit):
@@ -217,7 +276,9 @@ def run_task(item: tuple[Task, float]) -> TrialResult:
 def _run(task: Task) -> TrialResult:
     scenario = task.scenario
     if task.python_file:
-        scenario = replace(read_python_scenarios(task.python_file)[task.index], robot=scenario.robot)
+        written = read_python_scenarios(task.python_file)[task.index]
+        scenario = replace(written, robot=scenario.robot, world=scenario.world)
+    scenario = with_keys(scenario, task.keys)
     robot = load_once(scenario.robot) if scenario.robot is not None else None
     if task.with_film:
         return run_filmed(

@@ -1,5 +1,5 @@
 """A process that reads files of strangers for a server, with limits on time and memory."""
 
-from kbot.worker.worker import PEER_READING, READING, LimitExceeded, Worker, WorkerLimits
+from kbot.worker.worker import PEER_READING, READING, LimitExceeded, ProcessEnded, Worker, WorkerLimits
 
-__all__ = ["PEER_READING", "READING", "LimitExceeded", "Worker", "WorkerLimits"]
+__all__ = ["PEER_READING", "READING", "LimitExceeded", "ProcessEnded", "Worker", "WorkerLimits"]

@@ -55,6 +55,10 @@ class LimitExceeded(KbotError):
         self.is_late = is_late
 
 
+class ProcessEnded(LimitExceeded):
+    """The process ended during a call: the call ended it, or the system or a user killed it."""
+
+
 class Worker:
     """A process that starts with the first call, and stays for the next ones.
 
@@ -116,7 +120,7 @@ class Worker:
             with suppress(queue.Empty):
                 answer = answers.get(timeout=LOOK_SECONDS)
                 if answer is None:
-                    raise LimitExceeded(f"ended its process, with status {_status(process)}")
+                    raise ProcessEnded(f"ended its process, with status {_status(process)}")
                 return answer
             with suppress(psutil.NoSuchProcess):
                 if _processor_seconds(observed) - used_before > limits.seconds:

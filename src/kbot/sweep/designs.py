@@ -1,0 +1,110 @@
+"""Which values a sweep tries: a grid, random values, or a Latin hypercube.
+
+A design is one combination of values. Each is computed from its number alone, so that a resumed sweep needs
+only the missing ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import Protocol
+
+import numpy as np
+
+from kbot.sweep.objectives import Objective
+from kbot.sweep.space import Space, Values
+from kbot.text import KbotError
+
+MISSING_EXTRA = "{} is not installed: pip install 'kbot[sweep]'"
+SEED = 0
+"""Of all random designs: the same command gives the same designs."""
+
+
+class Method(StrEnum):
+    """How designs are chosen."""
+
+    GRID = "grid"
+    RANDOM = "random"
+    LHS = "lhs"
+    OPTIMIZE = "optimize"
+
+
+class Designs(Protocol):
+    """Chooses designs by their number.
+
+    `window`: design n can be chosen as soon as all designs up to n - window are reported. None: at any time,
+    in any order, and nothing needs to be reported.
+    """
+
+    window: int | None
+
+    def values(self, number: int) -> Values:
+        """The values of a design. With a window, called once for each number in order."""
+        ...
+
+    def report(self, number: int, objectives: Sequence[float] | None, *, passed: bool) -> None:
+        """Report the result of a design, in the order of the numbers.
+
+        `objectives` is None if a run of the design failed before it could be measured.
+        """
+        ...
+
+
+class _Independent:
+    """Designs that do not depend on results."""
+
+    window: int | None = None
+
+    def report(self, number: int, objectives: Sequence[float] | None, *, passed: bool) -> None:
+        """Results are not used."""
+
+
+class Grid(_Independent):
+    """All combinations in order. The last dimension varies fastest."""
+
+    def __init__(self, space: Space) -> None:
+        self._space = space
+
+    def values(self, number: int) -> Values:
+        return self._space.grid(number)
+
+
+class Random(_Independent):
+    """Independent random values, uniform over each dimension."""
+
+    def __init__(self, space: Space) -> None:
+        self._space = space
+
+    def values(self, number: int) -> Values:
+        generator = np.random.default_rng((SEED, number))
+        return self._space.at(generator.random(len(self._space.dimensions)).tolist())
+
+
+class LatinHypercube(_Independent):
+    """`count` designs of which each has a share of 1 / count of each dimension to itself (McKay, 1979)."""
+
+    def __init__(self, space: Space, count: int) -> None:
+        """Raises KbotError: the extra `sweep` is not installed."""
+        try:
+            from scipy.stats import qmc  # an extra, and slow to import
+        except ModuleNotFoundError:
+            raise KbotError(MISSING_EXTRA.format("SciPy")) from None
+        self._space = space
+        self._sample = qmc.LatinHypercube(len(space.dimensions), rng=SEED).random(count)
+
+    def values(self, number: int) -> Values:
+        return self._space.at(self._sample[number].tolist())
+
+
+def designs_of(method: Method, space: Space, count: int, objectives: Sequence[Objective]) -> Designs:
+    """The designs of a method. Raises KbotError: the extra `sweep` is not installed."""
+    if method is Method.GRID:
+        return Grid(space)
+    if method is Method.RANDOM:
+        return Random(space)
+    if method is Method.LHS:
+        return LatinHypercube(space, count)
+    from kbot.sweep.optimisation import Optimisation  # Optuna is slow to import
+
+    return Optimisation(space, objectives)

@@ -1,0 +1,127 @@
+"""The folder of a sweep: what it runs, the journal, and the table."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from kbot.sweep.designs import Method
+from kbot.sweep.journal import Journal
+from kbot.sweep.plan import Plan
+from kbot.text import KbotError
+from kbot.text.files import read_text, write_text
+
+PLAN, JOURNAL, TABLE, LOCK = "sweep.json", "runs.jsonl", "results.parquet", ".lock"
+_OPTIONS = {
+    "schema": "the version of its files is",
+    "robot": "its robot is",
+    "dimensions": "it varies",
+    "scenarios": "its scenarios are",
+    "method": "its method is",
+    "objectives": "its objectives are",
+    "designs": "the number of its designs is",
+    "inputs": "the files of the robot or of the scenario have",
+    "versions": "it was begun with",
+}
+"""How the sentence about a difference begins, for each key of the file `sweep.json`."""
+
+
+@contextmanager
+def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
+    """Open a sweep's folder, or create it, and keep other processes out of it within the block.
+
+    Raises:
+        KbotError: it has another sweep, another process uses it, or it cannot be written.
+    """
+    folder = Path(out)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise KbotError(f"--out takes a folder, and {out} is a file") from None
+    except OSError as error:
+        raise KbotError(f"the folder {out} cannot be created: {error.strerror}") from None
+    with _locked(folder):
+        described = folder / PLAN
+        if described.exists():
+            _require_same(out, _read_plan(described), plan)
+        elif (folder / JOURNAL).exists():
+            raise KbotError(f"{out} has {JOURNAL}, but not {PLAN}. Choose another folder with --out")
+        write_text(described, json.dumps(plan.to_json(), indent=2, ensure_ascii=False) + "\n")
+        with Journal(folder / JOURNAL) as journal:
+            yield journal
+
+
+def _read_plan(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise KbotError(f"{path} is not the description of a sweep: {error}") from None
+    if not isinstance(found, dict) or found.get("schema") != 1:
+        raise KbotError(f"{path} is not the description of a sweep that this version of KBot can continue")
+    return found
+
+
+def _require_same(out: str, before: Mapping[str, Any], plan: Plan) -> None:
+    """Raises KbotError: a sweep cannot be continued with other settings."""
+    now = plan.to_json()
+    may_grow = plan.method is not Method.LHS
+    # only an optimisation depends on its objectives
+    fixed = [key for key in now if key != "objectives" or plan.method is Method.OPTIMIZE]
+    differing = [key for key in fixed if before.get(key) != now[key]]
+    if differing == ["designs"] and may_grow and now["designs"] > before["designs"]:
+        return
+    if not differing:
+        return
+    key = differing[0]
+    old, new = _shown(before.get(key)), _shown(now[key])
+    what = "changed since it began" if key == "inputs" else f"{old}, not {new}"
+    raise KbotError(
+        f"{out} has another sweep: {_OPTIONS[key]} {what}. "
+        "Choose another folder with --out, or delete this one"
+    )
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, list):
+        return " ".join(map(str, value)) or "none"
+    if isinstance(value, dict):
+        return " ".join(f"{key} {each}" for key, each in value.items() if each)
+    return str(value)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Hold a lock that the system releases when the process ends, however it ends."""
+    path = folder / LOCK
+    try:
+        file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise KbotError(f"{folder} cannot be written: {error.strerror}") from None
+    try:
+        try:
+            _lock(file)
+        except BlockingIOError:
+            why = f"another process runs the sweep in {folder}. Wait for its end, or stop it"
+            raise KbotError(why) from None
+        yield
+    finally:
+        os.close(file)
+
+
+def _lock(file: int) -> None:
+    """Raises BlockingIOError: another process has the lock."""
+    try:
+        import fcntl
+    except ModuleNotFoundError:  # Windows
+        import msvcrt
+
+        try:
+            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]  # Windows only
+        except OSError:
+            raise BlockingIOError from None
+        return
+    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,0 +1,156 @@
+"""The record of finished runs: one line of JSON each, which survives every interruption.
+
+A line that is not complete, as after a loss of power, is ignored: its run is executed again.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from array import array
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import orjson
+
+from kbot.sweep.space import Value, Values
+from kbot.text import KbotError
+
+SYNC_SECONDS = 1.0
+"""The disk has all runs but those of the last second, even after a loss of power. A killed process loses none
+of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A finished run.
+
+    run           its number
+    design        the number of its combination of values
+    values        one for each dimension
+    scenario      the scenario's name
+    seed          of the simulation
+    passed        whether all expectations are met
+    reason        why it failed; None if it passed
+    state_sha256  digest of the last state; empty if there is none
+    measures      the values of all measures by name; None where the run does not show one
+    """
+
+    run: int
+    design: int
+    values: Values
+    scenario: str
+    seed: int
+    passed: bool
+    reason: str | None
+    state_sha256: str
+    measures: Mapping[str, float | None]
+
+
+class Journal:
+    """The file of finished runs."""
+
+    def __init__(self, path: Path) -> None:
+        """Open the file, or create it. Raises KbotError: it cannot be read or written."""
+        self.path = path
+        self.count = 0
+        """The number of finished runs."""
+        self.measures: dict[str, None] = {}
+        """The names of the measures of all runs, in the order in which they were first seen."""
+        self._offsets = array("q")
+        try:
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
+            self._end = self._read()
+        except OSError as error:
+            raise KbotError(f"{path} cannot be read or written: {error.strerror}") from None
+        self._synced = time.monotonic()
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(OSError):  # what could be written is written
+            os.fsync(self._file)
+        os.close(self._file)
+
+    def __contains__(self, run: int) -> bool:
+        return run < len(self._offsets) and self._offsets[run] >= 0
+
+    def append(self, row: Row) -> None:
+        """Record a finished run.
+
+        Raises:
+            KbotError: the disk is full, or the file cannot be written. The file is as before.
+        """
+        line = orjson.dumps(asdict(row)) + b"\n"
+        try:
+            self._write(line)
+        except OSError as error:
+            with suppress(OSError):
+                os.ftruncate(self._file, self._end)
+            raise KbotError(
+                f"{self.path} cannot be written: {error.strerror}. {self.count} runs are kept. "
+                "Run the same command again to continue"
+            ) from None
+        self._add(row.run, self._end, row.measures)
+        self._end += len(line)
+
+    def rows(self) -> Iterator[Row]:
+        """The finished runs in the order of their numbers."""
+        with self.path.open("rb") as file:
+            for offset in self._offsets:
+                if offset >= 0:
+                    file.seek(offset)
+                    yield _row(file.readline())
+
+    def row(self, run: int) -> Row:
+        """A finished run. Raises KeyError: it is not finished."""
+        if run not in self:
+            raise KeyError(run)
+        with self.path.open("rb") as file:
+            file.seek(self._offsets[run])
+            return _row(file.readline())
+
+    def _write(self, line: bytes) -> None:
+        os.lseek(self._file, self._end, os.SEEK_SET)
+        rest = line
+        while rest:
+            rest = rest[os.write(self._file, rest) :]
+        if time.monotonic() - self._synced > SYNC_SECONDS:
+            os.fsync(self._file)
+            self._synced = time.monotonic()
+
+    def _read(self) -> int:
+        """Find the rows. Returns where the next one begins: after the last complete line."""
+        offset = 0
+        with self.path.open("rb") as file:
+            for line in file:
+                if not line.endswith(b"\n"):
+                    break
+                with suppress(orjson.JSONDecodeError, KeyError, TypeError):
+                    row = _row(line)
+                    if row.run not in self:
+                        self._add(row.run, offset, row.measures)
+                offset += len(line)
+        os.ftruncate(self._file, offset)
+        return offset
+
+    def _add(self, run: int, offset: int, measures: Mapping[str, float | None]) -> None:
+        if run >= len(self._offsets):
+            self._offsets.extend([-1] * (run + 1 - len(self._offsets)))
+        self._offsets[run] = offset
+        self.count += 1
+        for name in measures:
+            self.measures.setdefault(name)
+
+
+def _row(line: bytes) -> Row:
+    found: dict[str, Any] = orjson.loads(line)
+    values: list[Value] = found["values"]
+    return Row(**{**found, "values": tuple(values)})

@@ -1,0 +1,115 @@
+"""A sweep that is ready to run: its designs and the runs of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from kbot.sweep.designs import Method
+from kbot.sweep.journal import Row
+from kbot.sweep.objectives import Objective
+from kbot.sweep.space import Space, Target, Values
+from kbot.trials.pool import Task
+from kbot.trials.results import TrialResult
+from kbot.trials.scenario import RobotSource
+
+SCHEMA = 1
+"""Version of the file `sweep.json`."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a sweep runs.
+
+    robot       as the user named it, with the values that do not vary
+    space       what varies
+    trials      the runs of one design: each scenario with each of its seeds
+    objectives  what is minimised or maximised
+    method      how designs are chosen
+    designs     the number of designs
+    inputs      digest of the robot's files and of the scenarios
+    versions    of the programs on which the results depend, by name
+    """
+
+    robot: RobotSource
+    space: Space
+    trials: tuple[Task, ...]
+    objectives: tuple[Objective, ...]
+    method: Method
+    designs: int
+    inputs: str = ""
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def runs(self) -> int:
+        """The number of runs."""
+        return self.designs * len(self.trials)
+
+    def task(self, run: int, values: Values) -> Task:
+        """What a run executes, with the values of its design."""
+        task = self.trials[run % len(self.trials)]
+        scenario, seed = task.scenario, task.seed
+        robot, keys = self.robot, dict(task.keys)
+        world = scenario.world
+        for dimension, value in zip(self.space.dimensions, values, strict=True):
+            name, _, part = dimension.name.partition(".")
+            if dimension.target is Target.ARGUMENT:
+                robot = replace(robot, arguments={**robot.arguments, name: str(value)})
+            elif dimension.target is Target.PROPERTY:
+                robot = replace(robot, properties={**robot.properties, name: str(value)})
+            elif dimension.target is Target.WORLD:
+                world = str(value)
+            elif dimension.target is Target.WORLD_PARAMETER:
+                world = world_with_parameter(world, part, value)
+            elif dimension.target is Target.SEED:
+                seed = int(value)
+            else:
+                keys[part] = value
+        return replace(task, scenario=replace(scenario, robot=robot, world=world), seed=seed, keys=keys)
+
+    def row(self, run: int, values: Values, result: TrialResult) -> Row:
+        """The row of a finished run."""
+        return Row(
+            run,
+            run // len(self.trials),
+            values,
+            result.name,
+            result.seed,
+            result.passed,
+            result.reason,
+            result.state_sha256,
+            {name: value if math.isfinite(value) else None for name, value in result.all_values.items()},
+        )
+
+    def objective_values(self, rows: Sequence[Row]) -> tuple[float, ...]:
+        """The objectives of a design: the mean over its runs that have a value. NaN if none has one."""
+        return tuple(self._mean(objective.name, rows) for objective in self.objectives)
+
+    def _mean(self, name: str, rows: Sequence[Row]) -> float:
+        number = next((i for i, each in enumerate(self.space.dimensions) if each.name == name), None)
+        found = [row.measures.get(name) if number is None else row.values[number] for row in rows]
+        values = [float(value) for value in found if value is not None]
+        return math.fsum(values) / len(values) if values else math.nan
+
+    def to_json(self) -> dict[str, Any]:
+        """The object of the file `sweep.json`."""
+        return {
+            "schema": SCHEMA,
+            "robot": {"file": self.robot.file, "values": {**self.robot.arguments, **self.robot.properties}},
+            "dimensions": [str(each) for each in self.space.dimensions],
+            "scenarios": [f"{task.scenario.name}, seed {task.seed}" for task in self.trials],
+            "method": str(self.method),
+            "objectives": [str(each) for each in self.objectives],
+            "designs": self.designs,
+            "inputs": self.inputs,
+            "versions": dict(self.versions),
+        }
+
+
+def world_with_parameter(world: str, name: str, value: int | float | str) -> str:
+    """The text of a world with another value of a parameter."""
+    base, _, rest = world.partition(":")
+    words = [word for word in rest.split(",") if word and word.partition("=")[0].strip() != name]
+    return f"{base}:{','.join([*words, f'{name}={value}'])}"

@@ -1,0 +1,251 @@
+"""Checks what the user asked for, and makes the plan of a sweep from it. Nothing runs before."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from kbot.model.load import resolve_robot_path
+from kbot.sweep.designs import MISSING_EXTRA, Method
+from kbot.sweep.objectives import parse_objectives
+from kbot.sweep.plan import Plan, world_with_parameter
+from kbot.sweep.space import Dimension, Space, Target, parse_space
+from kbot.sweep.table import require_parquet
+from kbot.text import KbotError
+from kbot.trials.actions import Goal, RunScript
+from kbot.trials.errors import sentence
+from kbot.trials.places import find_world
+from kbot.trials.pool import Pool, Task
+from kbot.trials.python_file import read_python_scenarios
+from kbot.trials.scenario import RobotSource
+from kbot.trials.scenario_keys import with_key
+from kbot.trials.selection import Overrides, select_batteries
+from kbot.trials.trial import load_source
+from kbot.worker import WorkerLimits
+from kbot.world import built_in, parameters
+from kbot.xacro import Packages, expand
+from kbot.xacro.assignments import resolve_names
+
+_GOAL_MEASURES = frozenset({"goal_time", "goals_reached"})
+"""Measures that only a scenario with a goal has."""
+_LIBRARIES = {Method.LHS: "scipy", Method.OPTIMIZE: "optuna"}
+"""The library that each of these methods needs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """What the user asked for.
+
+    robot       a file, a package, or `kbot`
+    dimensions  what varies, each as `NAME=VALUES`
+    scenarios   names of batteries, or scenario files
+    objectives  measures or dimensions, each with `:min` or `:max`
+    method      how designs are chosen
+    runs        the number of designs; None: all of a grid
+    values      of arguments or top-level properties that do not vary
+    packages    folders in which packages are searched first
+    """
+
+    robot: str
+    dimensions: Sequence[str]
+    scenarios: Sequence[str]
+    objectives: Sequence[str] = ()
+    method: Method = Method.GRID
+    runs: int | None = None
+    values: Mapping[str, str] = field(default_factory=dict)
+    packages: tuple[str, ...] = ()
+
+
+def prepare(request: Request, pool: Pool) -> Plan:
+    """The plan of a sweep.
+
+    Raises:
+        KbotError: something that was asked for does not exist, or cannot be.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    space = parse_space(request.dimensions)
+    designs = _count(space, request)
+    versions = _versions(request.method)
+    numeric = [each.name for each in space.dimensions if each.kind is not str]
+    objectives = parse_objectives(request.objectives, numeric)
+    if request.method is Method.OPTIMIZE and not objectives:
+        raise KbotError("--method optimize needs --objective MEASURE, for example --objective energy")
+    if not request.scenarios:
+        raise KbotError("no scenario is given. Add --scenario NAME|FILE; kbot try --list lists the names")
+    tasks = _select(request, pool)
+    if any(each.target is Target.SEED for each in space.dimensions):
+        tasks = list({(task.scenario.name, task.python_file, task.index): task for task in tasks}.values())
+    robot = tasks[0].scenario.robot
+    if robot is None:
+        raise TypeError("a selected battery has a robot")
+    _require_worlds(space, tasks)
+    _require_goals([each.name for each in objectives], tasks)
+    found = _call(pool, _Reading(robot, space, tuple(tasks)), request.robot)
+    space = Space(
+        tuple(
+            replace(each, target=Target.PROPERTY) if each.name in found.properties else each
+            for each in space.dimensions
+        )
+    )
+    trials = tuple(replace(task, with_all_values=True) for task in tasks)
+    return Plan(robot, space, trials, objectives, request.method, designs, found.inputs, versions)
+
+
+def _count(space: Space, request: Request) -> int:
+    """The number of designs."""
+    if request.method is not Method.GRID:
+        if request.runs is None:
+            raise KbotError(f"--method {request.method} needs --runs N, the number of combinations to run")
+        return request.runs
+    if space.size is None:
+        wide = next(each for each in space.dimensions if each.count is None)
+        raise KbotError(
+            f"--set {wide}: a grid needs the number of values, for example {wide}:7. "
+            "For any values, add --method random, lhs or optimize, and --runs N"
+        )
+    return space.size if request.runs is None else min(request.runs, space.size)
+
+
+def _versions(method: Method) -> dict[str, str]:
+    """The versions of the programs on which the results depend. Raises KbotError: an extra is missing."""
+    require_parquet()
+    found = {}
+    library = _LIBRARIES.get(method)
+    for name in ("kbot", "mujoco-core", *([library] if library else ())):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            if name == library:
+                raise KbotError(MISSING_EXTRA.format({"scipy": "SciPy", "optuna": "Optuna"}[name])) from None
+    return found
+
+
+def _select(request: Request, pool: Pool) -> list[Task]:
+    overrides = Overrides(request.values, request.packages)
+    selection = select_batteries(pool, [request.robot], request.scenarios, overrides)
+    if pool.interrupted:
+        raise KeyboardInterrupt
+    errors = [*selection.robot_errors, *selection.errors]
+    errors += [KbotError(task.error) for task in selection.tasks if task.error]
+    if errors:
+        raise errors[0]
+    if not selection.tasks:
+        raise KbotError("; ".join(selection.notes) or "the scenarios contain nothing to run")
+    names: dict[str, tuple[str, int]] = {}
+    for task in selection.tasks:
+        place = (task.python_file, task.index)
+        if names.setdefault(task.scenario.name, place) != place:
+            raise KbotError(f"two scenarios are named '{task.scenario.name}'. Rename one of them")
+    return selection.tasks
+
+
+def _require_worlds(space: Space, tasks: Sequence[Task]) -> None:
+    """Raises KbotError: a world, or a parameter of the scenarios' world, does not exist."""
+    worlds = next((each for each in space.dimensions if each.target is Target.WORLD), None)
+    names = [task.scenario.world for task in tasks]
+    if worlds is not None:
+        names = [str(value) for value in worlds.domain.samples()]
+        for name in names:
+            find_world(name, Path())
+    for each in space.dimensions:
+        if each.target is Target.WORLD_PARAMETER:
+            part = each.name.partition(".")[2]
+            for name in dict.fromkeys(names):
+                if not built_in(name):
+                    raise KbotError(f"--set {each.name}: the world {name} has no parameters")
+                parameters(world_with_parameter(name.replace("{seed}", "0"), part, each.domain.samples()[0]))
+
+
+def _require_goals(objectives: Sequence[str], tasks: Sequence[Task]) -> None:
+    """Raises KbotError: an objective is about goals, and no scenario has one."""
+    for name in objectives:
+        may_have_goals = any(
+            task.python_file or any(isinstance(step.action, Goal) for step in task.scenario.steps)
+            for task in tasks
+        )
+        if name in _GOAL_MEASURES and not may_have_goals:
+            raise KbotError(f"--objective {name}: no scenario measures it, because none has a goal")
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """What to read in a process of the pool, with the limits for files of strangers."""
+
+    robot: RobotSource
+    space: Space
+    tasks: tuple[Task, ...]
+
+
+@dataclass(frozen=True)
+class _Read:
+    """What the dimensions mean for the robot.
+
+    properties  the names of dimensions that are top-level properties
+    inputs      digest of the files on which the results depend
+    """
+
+    properties: frozenset[str]
+    inputs: str
+
+
+def _call(pool: Pool, reading: _Reading, name: str) -> _Read:
+    (outcome,) = pool.map(_read, [reading], lambda _: WorkerLimits().seconds)
+    if outcome is None:
+        raise KeyboardInterrupt
+    if outcome.value is None:
+        known = isinstance(outcome.error, KbotError)
+        raise outcome.error if known else KbotError(sentence(outcome.error, f"reading {name}"))  # type: ignore[misc]
+    return outcome.value
+
+
+def _read(reading: _Reading) -> _Read:
+    """Find what the dimensions mean. Raises KbotError: a name is unknown, or no value is accepted."""
+    robot = reading.robot
+    path, packages = resolve_robot_path(robot.file), Packages(robot.packages)
+    own = [each for each in reading.space.dimensions if each.target is Target.ARGUMENT]
+    first = {each.name: str(each.domain.samples()[0]) for each in own}
+    fixed = {name: value for name, value in robot.arguments.items() if name not in first}
+    names = resolve_names(path, {**fixed, **first}, packages).require()
+    load_source(robot)
+    texts: list[str] = []
+    for task in reading.tasks:
+        scenario = task.scenario
+        if task.python_file:
+            scenario = replace(read_python_scenarios(task.python_file)[task.index], robot=robot)
+        for each in reading.space.dimensions:
+            if each.target is Target.SCENARIO:
+                _require_key(scenario, each)
+        texts.append(repr(task.scenario))
+    return _Read(frozenset(names.properties) & frozenset(first), _digest(reading, path, packages, texts))
+
+
+def _require_key(scenario: object, dimension: Dimension) -> None:
+    """Raises KbotError: the scenario has no such key, or accepts none of a few values."""
+    errors: list[KbotError] = []
+    values = dimension.domain.samples()
+    for value in values:
+        try:
+            with_key(scenario, dimension.name.partition(".")[2], value)  # type: ignore[arg-type]
+        except KbotError as error:
+            errors.append(error)
+    if len(errors) == len(values):
+        raise KbotError(f"--set {dimension}: {errors[0]}")
+
+
+def _digest(reading: _Reading, path: str, packages: Packages, texts: Sequence[str]) -> str:
+    """A digest of the description's files, the scenarios, and the files that they name."""
+    digest = hashlib.sha256("\n".join(texts).encode())
+    robot = reading.robot
+    expansion = expand(path, robot.arguments, packages=packages.beside(path), lenient=True)
+    files = dict.fromkeys(expansion.dependencies)
+    for task in reading.tasks:
+        scripts = [step.action.script for step in task.scenario.steps if isinstance(step.action, RunScript)]
+        programs = [program.file for program in task.scenario.programs]
+        named = [task.python_file, task.scenario.world, *scripts, *programs]
+        files |= dict.fromkeys(name for name in named if isinstance(name, str) and Path(name).is_file())
+    for name in files:
+        digest.update(Path(name).read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,93 @@
+"""Runs a sweep: submits what is missing in the journal, and records each result at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from kbot.sweep.designs import Designs, designs_of
+from kbot.sweep.executor import Executor
+from kbot.sweep.journal import Journal
+from kbot.sweep.plan import Plan
+from kbot.sweep.space import Values
+from kbot.text import KbotError
+
+
+def search(
+    plan: Plan, journal: Journal, executor: Executor, on_done: Callable[[], object] = lambda: None
+) -> None:
+    """Execute the runs that the journal does not have. `on_done` is called after each.
+
+    The order in which runs end has no influence on the designs. Ctrl-C raises KeyboardInterrupt, and a full
+    disk raises KbotError: in both cases the journal has every run that ended before.
+    """
+    waiting: dict[int, tuple[int, Values]] = {}
+    missing = _Missing(plan, journal)
+    while True:
+        while len(waiting) < executor.capacity and (found := missing.next()) is not None:
+            run, values = found
+            waiting[run] = found
+            executor.submit(run, plan.task(run, values))
+        if not waiting:
+            return
+        run, result = executor.wait()
+        _, values = waiting.pop(run)
+        journal.append(plan.row(run, values, result))
+        on_done()
+
+
+class _Missing:
+    """The runs that the journal does not have, in order."""
+
+    def __init__(self, plan: Plan, journal: Journal) -> None:
+        self._plan, self._journal = plan, journal
+        self._designs: Designs = designs_of(plan.method, plan.space, plan.designs, plan.objectives)
+        self._each = len(plan.trials)
+        self._reported = 0
+        """The number of designs that are reported, which are the first ones."""
+        self._chosen = 0
+        """The number of designs that were chosen or skipped."""
+        self._queue: Iterator[tuple[int, Values]] = iter(())
+
+    def next(self) -> tuple[int, Values] | None:
+        """The next run and the values of its design. None if none can begin before the next result."""
+        while True:
+            found = next(self._queue, None)
+            if found is not None:
+                return found
+            if self._chosen == self._plan.designs or not self._can_choose():
+                return None
+            self._choose()
+
+    def _can_choose(self) -> bool:
+        window = self._designs.window
+        if window is None:
+            return True
+        while self._reported <= self._chosen - window:
+            if not all(run in self._journal for run in self._runs(self._reported)):
+                return False
+            self._report(self._reported)
+            self._reported += 1
+        return True
+
+    def _choose(self) -> None:
+        design = self._chosen
+        self._chosen += 1
+        missing = [run for run in self._runs(design) if run not in self._journal]
+        if not missing and self._designs.window is None:
+            return
+        values = self._designs.values(design)
+        recorded = [run for run in self._runs(design) if run in self._journal]
+        if recorded and (known := self._journal.row(recorded[0]).values) != values:
+            raise KbotError(f"design {design} has the values {known} in {self._journal.path}, not {values}")
+        self._queue = iter([(run, values) for run in missing])
+
+    def _report(self, design: int) -> None:
+        rows = [self._journal.row(run) for run in self._runs(design)]
+        objectives = self._plan.objective_values(rows)
+        is_measured = all(value == value for value in objectives) and all(row.measures for row in rows)
+        self._designs.report(
+            design, objectives if is_measured else None, passed=all(row.passed for row in rows)
+        )
+
+    def _runs(self, design: int) -> range:
+        return range(design * self._each, (design + 1) * self._each)
