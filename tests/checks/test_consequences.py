@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from kbot.checks import Config, check_file, check_text
-from kbot.checks.fixes import apply_edits, fixed
+from kbot.checks.fixes import fixed
 from kbot.model.load import resolve_robot_path
 from kbot.text import Diagnostic
+from kbot.text.edits import apply_edits
 from kbot.text.files import unsaved
 
 SIZES = (("wheel_radius", "0.035"), ("caster_wheel_radius", "0.0175"))

@@ -18,11 +18,11 @@ import pytest
 
 import kbot
 from kbot.checks import Config, check_file
-from kbot.checks.fixes import apply_edits
 from kbot.checks.ranking import ranked
 from kbot.model import Inertial, RobotModel
 from kbot.model.load import load_robot
 from kbot.text import Diagnostic, Edit, Span
+from kbot.text.edits import apply_edits
 
 ROBOT, RVIZ, GAZEBO = "urdf/kbot.xacro", "launch/kbot_base_rviz.launch", "launch/kbot_base_rviz_gazebo.launch"
 

@@ -8,8 +8,9 @@ from collections import Counter
 import pytest
 
 from kbot.checks import Config, check_text
-from kbot.checks.fixes import apply_edits, fixed
+from kbot.checks.fixes import fixed
 from kbot.text import Diagnostic, Edit, Fix, Origin, Severity, Source, Span
+from kbot.text.edits import apply_edits
 from kbot.text.suggest import Suggestion
 
 from .mutators import MUTATORS, Mutator

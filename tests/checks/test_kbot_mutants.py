@@ -10,9 +10,10 @@ import pytest
 
 from kbot.checks import check_file
 from kbot.checks.config import Config
-from kbot.checks.fixes import apply_edits, fixed_includes
+from kbot.checks.fixes import fixed_includes
 from kbot.model.load import resolve_robot_path
 from kbot.text import Diagnostic
+from kbot.text.edits import apply_edits
 
 MAIN, MACROS, CONTROL = "kbot.xacro", "kbot_macros.xacro", "kbot_control.xacro"
 WHEEL = '<xacro:cylinder_inertia m="${wheel_mass}" r="${wheel_radius}" h="${wheel_width}" rpy="${pi/2} 0 0"/>'

@@ -2,8 +2,8 @@
 
 import pytest
 
-from kbot.checks.fixes import apply_edits
 from kbot.text import Comment, DescriptionError, Element, Source, Text, parse_xml
+from kbot.text.edits import apply_edits
 from kbot.text.xml import CData, parse_document
 
 TEXT = """<?xml version="1.0"?>

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from kbot.checks import Config, check_text
-from kbot.checks.fixes import apply_edits
 from kbot.text import Diagnostic
+from kbot.text.edits import apply_edits
 from kbot.xacro import expand_text
 
 HEAD = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from pathlib import Path
 
 from kbot.checks.consequences import UNUSED, WRONG_UNITS, is_cause
 from kbot.text import Diagnostic, Edit, Fix
+from kbot.text.edits import apply_edits, start_of
 from kbot.text.files import unsaved
 from kbot.text.notes import note
 
@@ -152,19 +152,15 @@ def _apart(fixes: Sequence[Fix]) -> tuple[list[Fix], list[Edit]]:
         if not any(_overlap(edit, near) for edit in fix.edits for near in _near(edit, edits)):
             used.append(fix)
             for edit in fix.edits:
-                insort(edits, edit, key=_start)
+                insort(edits, edit, key=start_of)
     return used, edits
-
-
-def _start(edit: Edit) -> tuple[str, int]:
-    return edit.span.file, edit.span.start
 
 
 def _near(edit: Edit, edits: Sequence[Edit]) -> Iterator[Edit]:
     """The edits of the same file that may overlap an edit. `edits` are sorted and do not overlap."""
-    at = max(bisect_left(edits, _start(edit), key=_start) - 1, 0)
+    at = max(bisect_left(edits, start_of(edit), key=start_of) - 1, 0)
     for near in islice(edits, at, None):
-        if _start(near) > (edit.span.file, edit.span.end):
+        if start_of(near) > (edit.span.file, edit.span.end):
             break
         if near.span.file == edit.span.file:
             yield near
@@ -174,15 +170,6 @@ def _overlap(a: Edit, b: Edit) -> bool:
     if a.span.start == a.span.end or b.span.start == b.span.end:
         return a.span.start <= b.span.end and b.span.start <= a.span.end
     return a.span.start < b.span.end and b.span.start < a.span.end
-
-
-def apply_edits(text: str, edits: Sequence[Edit]) -> str:
-    """Apply edits that do not overlap."""
-    data, parts, at = text.encode("utf-8", "surrogatepass"), list[bytes](), 0
-    for edit in sorted(edits, key=_start):
-        parts += (data[at : edit.span.start], edit.replacement.encode())
-        at = edit.span.end
-    return b"".join([*parts, data[at:]]).decode("utf-8", "surrogatepass")
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,10 +220,3 @@ def _others(found: Sequence[Diagnostic], path: str, unsafe: bool) -> tuple[list[
         else:
             outside.append(file)
     return list(dict.fromkeys(inside)), tuple(dict.fromkeys(outside))
-
-
-def unified_diff(before: str, after: str, path: str) -> str:
-    lines = difflib.unified_diff(
-        before.splitlines(keepends=True), after.splitlines(keepends=True), path, path + " (fixed)"
-    )
-    return "".join(line if line.endswith("\n") else line + "\n" for line in lines)

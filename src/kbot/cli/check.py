@@ -15,7 +15,7 @@ from kbot.checks import Config, all_rules, check_file, check_text, load_config
 from kbot.checks.baseline import without_known
 from kbot.checks.baseline import write_baseline as keep_baseline
 from kbot.checks.file_kinds import kind_of
-from kbot.checks.fixes import fixed, fixed_includes, unified_diff
+from kbot.checks.fixes import fixed, fixed_includes
 from kbot.checks.folder_files import entry_points
 from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.ranking import folded, is_note, ranked, summary
@@ -25,6 +25,7 @@ from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_about
 from kbot.cli.progress import busy
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
+from kbot.text.edits import unified_diff
 from kbot.text.files import unsaved
 from kbot.text.notes import note
 from kbot.text.render import count, render_text, to_json

@@ -26,10 +26,12 @@ _TAG = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*>""")
 class Text:
     """Character data between tags. `end` is the start of the next markup."""
 
-    __slots__ = ("_after", "call", "end", "source", "value")
+    __slots__ = ("_after", "call", "end", "inputs", "source", "value")
 
     def __init__(self, value: str, source: Source, after: int, end: int, call: Call | None = None) -> None:
         self.value, self.source, self._after, self.end, self.call = value, source, after, end, call
+        self.inputs: tuple[Any, ...] = ()  # Any: bindings of xacro, which this package cannot import
+        """The bindings that an evaluated text was computed from."""
 
     @property
     def start(self) -> int:

@@ -174,6 +174,8 @@ class Expander:
             attributes[name] = value
         if node.moved:
             made.moved = node.moved
+        if node.inputs:  # a block is expanded again where it is inserted, without its expressions
+            made.inputs = {**node.inputs, **(made.inputs or {})}
         return attributes
 
     def _attribute(
@@ -206,6 +208,7 @@ class Expander:
 
     def _text(self, node: Text, place: ExpansionContext) -> Text:
         run = self.run
+        run.used.clear()
         try:
             value = run.budget.text(evaluate(node.value, place.scope))
         except XacroError as fault:
@@ -214,7 +217,9 @@ class Expander:
         if run.pending:
             run.flush(node, "", place.call)
         self._count(value, node, place.call)
-        return node.with_call(place.call, value)
+        made = node.with_call(place.call, value)
+        made.inputs = tuple(run.used)
+        return made
 
     def _comment(self, node: Text, place: ExpansionContext) -> Text:
         made = self._text(node, place) if "$" in node.value else node

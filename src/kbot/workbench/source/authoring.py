@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,84 +24,19 @@ from kbot.workbench.protocol import (
     Undo,
 )
 from kbot.workbench.source.merging import merge
-from kbot.workbench.source.overrides import TRUTHS, Overrides, number_text, value_of
+from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.places import place_of_span
 from kbot.workbench.source.saving import SHIPPED_REASON
 from kbot.workbench.source.units import units_of
 from kbot.xacro.packages import SHIPPED
+from kbot.xacro.written_values import WrittenValue, value_of, written_parameters
 
 if TYPE_CHECKING:
     from kbot.workbench.source.description import DescriptionReading
-    from kbot.xacro import Expansion
-    from kbot.xacro.binding import Binding
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenValue:
-    """A number in a file, or a word for true or false, which counts as 1 or 0."""
-
-    kind: str
-    name: str
-    value: float
-    span: Span
-    unit: str = ""
-    """`m`, `rad` or `kg`. Empty if it is unknown."""
-
-    @property
-    def is_truth(self) -> bool:
-        return self.span.text in TRUTHS
-
-    def text_of(self, value: float) -> str:
-        """Return another value in the notation of this one."""
-        if not self.is_truth:
-            return number_text(value)
-        word = "true" if value else "false"
-        return word.capitalize() if self.span.text[0].isupper() else word
-
-
-def written_parameters(expansion: Expansion | None) -> tuple[WrittenValue, ...]:
-    """Return the defaults of arguments and top-level properties in the order of the files.
-
-    If there are several definitions, the one in effect is returned.
-    """
-    if expansion is None or expansion.scope is None:
-        return ()
-    units = units_of(expansion)
-    files = {file: index for index, file in enumerate((expansion.path, *expansion.dependencies))}
-    found = [
-        *_written("arg", expansion.defaults.values(), units),
-        *_written("property", expansion.scope.values.values(), units),
-    ]
-    return tuple(
-        sorted(found, key=lambda number: (files.get(number.span.file, len(files)), number.span.start))
-    )
-
-
-def parameters_for_page(written: Iterable[WrittenValue], overrides: Overrides) -> tuple[Parameter, ...]:
-    return tuple(
-        Parameter(
-            kind="arg" if number.kind == "arg" else "property",
-            name=number.name,
-            written=number.value,
-            value=overrides.value(number.kind, number.name, number.value),
-            is_truth=number.is_truth,
-            unit=number.unit,
-            place=place_of_span(number.span),
-        )
-        for number in written
-    )
-
-
-def _written(kind: str, bindings: Iterable[Binding], units: dict[int, str]) -> Iterator[WrittenValue]:
-    for binding in bindings:
-        node, origin = binding.node, binding.origin
-        if node is None or origin is None:
-            continue
-        value = value_of(node.attributes.get(binding.attribute, ""))
-        if value is not None:
-            yield WrittenValue(kind, binding.name, value, origin.span, units.get(id(binding), ""))
-
-
+DIGITS = 9
+"""Digits of a slider's value: a drag computes more than anyone wants in a file."""
 MOST_UNDONE = 200
 """Changes that can be undone."""
 _EXPRESSION = re.compile(r"\$\{[^$}]+\}|\$\([^$)]+\)")
@@ -262,19 +197,32 @@ class Authoring:
         self.read_only_reason = read_only_reason
         self._editor = Editor(before_change)
         self._written: tuple[WrittenValue, ...] = ()
+        self._units: Mapping[int, str] = {}
         self._findings: tuple[Diagnostic, ...] = ()
         self.serial = 0
 
     def take_reading(self, reading: DescriptionReading, findings: tuple[Diagnostic, ...]) -> None:
         """Use a new reading, and its findings in the page's order."""
         self._written = written_parameters(reading.expansion)
+        self._units = units_of(reading.expansion) if reading.expansion is not None else {}
         self._findings = findings
         self.serial += 1
 
     def parameters(self) -> Parameters:
         if self.read_only_reason:
             return Parameters((), "", "", self.read_only_reason)
-        parameters = parameters_for_page(self._written, self.overrides)
+        parameters = tuple(
+            Parameter(
+                kind="arg" if number.kind == "arg" else "property",
+                name=number.name,
+                written=number.value,
+                value=self.overrides.value(number.kind, number.name, number.value),
+                is_truth=number.is_truth,
+                unit=self._units.get(id(number.binding), ""),
+                place=place_of_span(number.span),
+            )
+            for number in self._written
+        )
         return Parameters(parameters, self._editor.undo_title, self._editor.redo_title, "")
 
     def handle(self, message: FromPage) -> bool:
@@ -288,7 +236,8 @@ class Authoring:
             raise KbotError(self.read_only_reason)
         match message:
             case SetParameter(kind=kind, name=name, value=value):
-                self.overrides.set(kind, name, self._find(kind, name).text_of(value))
+                rounded = float(f"{value:.{DIGITS}g}")
+                self.overrides.set(kind, name, self._find(kind, name).text_of(rounded))
             case DropParameters():
                 self.overrides.clear()
             case KeepParameters():

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-TRUTHS = {"true": 1.0, "True": 1.0, "false": 0.0, "False": 0.0}
-"""Words for true and false, which pages receive as 1 and 0."""
+from kbot.xacro.written_values import value_of
 
 
 class Overrides:
@@ -50,20 +49,3 @@ class Overrides:
         return {
             name: text for (of_kind, name), text in {**self._given, **self._set}.items() if of_kind == kind
         }
-
-
-def value_of(text: str) -> float | None:
-    """Return the number in a text, 1 or 0 for a word for true or false, and None for anything else."""
-    try:
-        value = TRUTHS[text] if text in TRUTHS else float(text)
-    except ValueError:
-        return None
-    return value if abs(value) < 1e9 and "_" not in text else None
-
-
-def number_text(value: float) -> str:
-    """Return a number with at most nine digits, without an exponent for everyday magnitudes."""
-    text = f"{value:.9g}"
-    if "e" in text and 1e-6 <= abs(value) < 1e9:
-        text = f"{value:.15f}".rstrip("0").rstrip(".")
-    return text

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from kbot.model.quantities import quantity_of
 from kbot.xacro.templates import pieces
+from kbot.xacro.terms import operands
 from kbot.xacro.xacro_error import XacroError
 
 if TYPE_CHECKING:
@@ -21,8 +20,6 @@ ARG = "arg "
 """The start of a command that looks up an argument."""
 MOST_NAMES = 10_000
 """Uses of names that are followed. A description with more has no units in the page."""
-MOST_CHARACTERS = 1000
-"""Characters of the longest expression that is analysed."""
 
 
 def units_of(expansion: Expansion) -> dict[int, str]:
@@ -75,39 +72,6 @@ def _terms_of(text: str, signs: frozenset[str]) -> Iterator[str]:
         return
     for piece in found:
         if piece.kind == "expression":
-            yield from _terms(piece.content, signs)
+            yield from (o.text for o in operands(piece.content, signs) if o.kind == "name" and o.is_term)
         elif piece.kind == "command":
             yield piece.content
-
-
-@lru_cache(maxsize=4096)  # most expressions occur again after each edit
-def _terms(expression: str, signs: frozenset[str]) -> tuple[str, ...]:
-    if len(expression) > MOST_CHARACTERS:
-        return ()
-    try:
-        waiting = [ast.parse(expression.strip(), mode="eval").body]
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return ()
-    names = []
-    while waiting:
-        match waiting.pop():
-            case ast.Name(id=name):
-                names.append(name)
-            case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
-                waiting.append(operand)
-            case ast.BinOp(op=ast.Add() | ast.Sub(), left=left, right=right):
-                waiting += (left, right)
-            case ast.BinOp(op=ast.Mult(), left=left, right=right):
-                waiting += [a for a, b in ((left, right), (right, left)) if _is_plain(b, signs)]
-            case ast.BinOp(op=ast.Div(), left=left, right=right):
-                waiting += [left] if _is_plain(right, signs) else []
-    return tuple(names)
-
-
-def _is_plain(node: ast.expr, signs: frozenset[str]) -> bool:
-    """Whether a factor is a number without a unit: whole or one half, with either sign, or one of `signs`."""
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        node = node.operand
-    if isinstance(node, ast.Name):
-        return node.id in signs
-    return isinstance(node, ast.Constant) and (type(node.value) is int or node.value in (0.5, 2.0))

@@ -295,8 +295,10 @@ def _fill_defaults(
         if not parameter.is_optional:
             continue
         binding = Binding(name, None, READY, macro.body, "params", macro.call)
+        walk.run.used.clear()
         try:
             binding.value = _default(parameter, macro, node, place)
+            binding.inputs = tuple(walk.run.used)
         except XacroError as fault:
             binding.problem = walk.run.report(fault, macro.body, "params", place.call)
             binding.state = FAILED
