@@ -91,3 +91,12 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return sorted(set(globals()) | set(__all__))
+
+
+def _register_environments() -> None:
+    from kbot.gymnasium_hook import register_with_gymnasium
+
+    register_with_gymnasium()
+
+
+_register_environments()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
 from kbot.kinematics.planar_pose import PlanarPose
+from kbot.messages.sensing import LaserScan
 from kbot.navigation.arrival_watch import ArrivalWatch
 from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.controller import Controller, Observation, wrapped
@@ -137,16 +138,15 @@ class LidarPoints:
         self._lidar = lidar
         self._base_from_sensor = base_from_lidar(lidar)
         self._points: NDArray[np.float64] | None = None
-        self._seen_at = -math.inf
+        self._scan: LaserScan | None = None
 
     def __call__(self) -> tuple[NDArray[np.float64] | None, float]:
         scan = self._lidar.latest
         if scan is None:
             return None, -math.inf
-        if scan.header.stamp.seconds != self._seen_at:
-            self._points = scan_points(scan, self._base_from_sensor)
-            self._seen_at = scan.header.stamp.seconds
-        return self._points, self._seen_at
+        if scan is not self._scan:  # after a reset, scans have the same stamps again
+            self._points, self._scan = scan_points(scan, self._base_from_sensor), scan
+        return self._points, scan.header.stamp.seconds
 
 
 class Pilot:

@@ -1,0 +1,340 @@
+"""Runs episodes of a task: resets the simulation, drives the robot by actions, and computes rewards.
+
+The single environment has one `Episodes`, the vector environment one for each of its environments.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import reprlib
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.learn.inputs import PolicyInterface, Vector
+from kbot.learn.randomisation import Deviations, Drawn, Randomisation
+from kbot.learn.robot_interface import REACH, policy_interface
+from kbot.learn.stage import SEED, Scene, Stage
+from kbot.learn.targets import Target
+from kbot.learn.tasks.task import ARRIVED, COLLIDED, COMMON_REWARDS, DIVERGED, FELL, TIME_LIMIT, Reward, Task
+from kbot.learn.values import require_range
+from kbot.model import RobotModel
+from kbot.navigation.controller import Observation
+from kbot.navigation.simulated import UPRIGHT, LidarPoints, PoseSource
+from kbot.robot import Value
+from kbot.sim import Simulation, SimulationDiverged, recipe
+from kbot.sim.numbers import LONGEST, is_finite, positive
+from kbot.text import KbotError
+from kbot.text.suggest import suggest_or_list
+from kbot.world import World
+
+_MOST_STAGES = 16
+"""Stages that are kept. One takes a few MB, and 0.1 s to build."""
+_SETTLE = 0.1
+"""s for which a robot settles on its wheels before an episode."""
+_MOST_SEEDS = 2**31
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """The options of every environment.
+
+    robot        file of the robot, or the result of `kbot.load`; `kbot` is the robot that ships with KBot
+    world        as in `kbot.Simulation`; `{seed}` in it is replaced by a number for each episode
+    world_seeds  lowest and highest number for `{seed}`
+    properties   values of xacro arguments and properties
+    packages     folders in which packages are searched first
+    lidar        number of directions in which the policy sees obstacles; by default 36 for a robot that
+                 declares a level lidar, and 0 for others
+    reach        m; the furthest obstacle that the policy sees
+    max_speed    m/s and rad/s; by default the limits that the robot declares
+    reverse      whether the policy can drive backwards
+    rate         actions per second
+    time_limit   s after which an episode is truncated
+    pose         `ground_truth` or `odometry`: the pose that the policy sees
+    rewards      weights that replace the default weights of the reward's terms
+    randomise    ranges from which each episode draws: see `Randomisation`
+    timestep     s of a step of physics
+    """
+
+    robot: str | os.PathLike[str] | RobotModel = "kbot"
+    world: str | World = "empty"
+    world_seeds: tuple[int, int] = (1, 1000)
+    properties: Mapping[str, Value] = field(default_factory=dict)
+    packages: tuple[str, ...] = ()
+    lidar: int | None = None
+    reach: float = REACH
+    max_speed: tuple[float, float] | None = None
+    reverse: bool = False
+    rate: float = 10.0
+    time_limit: float = 60.0
+    pose: PoseSource = "ground_truth"
+    rewards: Mapping[str, float] = field(default_factory=dict)
+    randomise: Mapping[str, object] = field(default_factory=dict)
+    timestep: float = recipe.TIMESTEP
+
+
+class Step(NamedTuple):
+    """The result of a step: `outcome` is empty while the episode goes on."""
+
+    seen: Vector
+    reward: float
+    terminated: bool
+    truncated: bool
+    info: dict[str, Any]  # values of many types
+
+
+def read_options(kind: type[T], given: Mapping[str, object], others: tuple[type, ...] = ()) -> T:
+    """The options of a dataclass from keywords. Names of the `others` are left out.
+
+    Raises:
+        KbotError: a keyword is not an option of any of them.
+    """
+    names = [each.name for each in fields(kind) if each.init]  # type: ignore[arg-type]  # a dataclass
+    known = [*names, *(each.name for other in others for each in fields(other) if each.init)]
+    for name in given:
+        if name not in known:
+            raise KbotError(f"unknown option '{name}' of the environment: {suggest_or_list(name, known)}")
+    return kind(**{name: value for name, value in given.items() if name in names})
+
+
+class Episodes:
+    """Episodes of one robot. `interface` describes the actions and what the policy sees."""
+
+    def __init__(self, options: Options, task: Task) -> None:
+        """Build the first stage, so that errors in the options are raised here.
+
+        Raises:
+            DescriptionError: the robot or the world cannot be used.
+            KbotError: an option is not valid.
+        """
+        self.options, self.task = options, task
+        self._randomisation = Randomisation.of(options.randomise)
+        self._weights = _weights(task, options.rewards)
+        self._seeds = _require_seeds(options.world_seeds)
+        self.steps_per_action = _require_rate(options.rate, options.timestep)
+        positive("time_limit in s", options.time_limit, LONGEST)
+        if options.pose not in ("ground_truth", "odometry"):
+            raise KbotError(f"pose must be 'ground_truth' or 'odometry', not {options.pose!r}")
+        packages = (options.packages,) if isinstance(options.packages, str) else tuple(options.packages)
+        values = tuple(dict(options.properties).items())
+        self._scene = Scene(options.robot, options.world, values, packages)
+        self._stages: OrderedDict[tuple[object, ...], Stage] = OrderedDict()
+        nominal = task.scene(self._scene, np.random.default_rng(0))
+        self.stage = self._stage_of(_with_world_seed(nominal, self._seeds[0]))
+        self.interface = self._interface_of(self.stage)
+        self._faults: list[int] = []
+        self._drawn = Drawn(None, Deviations(), 0.0)
+        self._random = np.random.default_rng(0)
+        self._seen: LidarPoints | None = None
+        self._target: Target | None = None
+        self._last_action = self.interface.no_action
+        self._last_seen = np.zeros(len(self.interface.inputs), dtype=np.float32)
+        self._pending: list[tuple[int, tuple[float, float, float]]] = []
+        self._map_from_odometry = ORIGIN
+        self._begun = 0
+        self._is_over = True
+
+    # episodes
+
+    def reset(self, random: np.random.Generator) -> tuple[Vector, dict[str, Any]]:
+        """Start an episode. Returns what the policy sees, and the facts of the start.
+
+        The start, the noise and all random values of the episode come from `random`.
+        """
+        self._random = random
+        self._end()
+        stage = self.stage = self._stage_of(self._draw_scene(random))
+        simulation = stage.simulation
+        simulation.reset()
+        self._drawn = self._randomisation.draw(random)
+        start = self.task.start(stage, random)
+        simulation.models.set_pose(start.pose.x, start.pose.y, start.pose.yaw)
+        self._faults = self._drawn.apply(simulation)
+        lidar = stage.lidar if self.interface.lidar is not None else None
+        self._seen = None if lidar is None else LidarPoints(lidar)
+        first_scan = 0.0 if lidar is None else 1.0 / lidar.spec.rate + lidar.spec.latency
+        # whole control periods, and the first scan has arrived
+        simulation.run(math.ceil(max(_SETTLE, first_scan) / recipe.CONTROL_PERIOD) * recipe.CONTROL_PERIOD)
+        self._begun = simulation.steps
+        self._target, self._pending = start.target, []
+        self._last_action = self.interface.no_action
+        self._map_from_odometry = start.pose @ simulation.odometry.pose.inverse()
+        self._is_over = False
+        self._last_seen = self._observe()
+        place = np.array([start.pose.x, start.pose.y, start.pose.yaw])
+        return self._last_seen, {"start": place, **start.facts}
+
+    def step(self, action: ArrayLike) -> Step:
+        """Drive for one action.
+
+        Raises:
+            KbotError: the action cannot be commanded, or the episode is over.
+        """
+        if self._is_over:
+            raise KbotError("the episode is over: call reset first")
+        speeds = self.interface.speeds(action)
+        given = np.clip(np.asarray(action, dtype=np.float32), -1.0, 1.0)
+        simulation = self.stage.simulation
+        try:
+            self._drive(simulation, speeds)
+            has_diverged = False
+        except SimulationDiverged:
+            has_diverged = True
+        terms, outcome = self._judge(simulation, has_diverged)
+        terms["time"] = self.steps_per_action * self.options.timestep
+        terms["change"] = float(np.abs(given - self._last_action).sum())
+        self._last_action = given
+        if not has_diverged:
+            self._last_seen = self._observe()
+        terminated = bool(outcome)
+        truncated = not terminated and self.time >= self.options.time_limit - 1e-9
+        rewards = {name: weight * terms.get(name, 0.0) for name, weight in self._weights.items()}
+        info: dict[str, Any] = {"rewards": rewards}
+        if terminated or truncated:
+            self._is_over = True
+            outcome = outcome or TIME_LIMIT
+            info |= {"outcome": outcome, "is_success": outcome == ARRIVED, "time": self.time}
+            info |= self.task.facts(self.time, outcome)
+        return Step(self._last_seen, sum(rewards.values()), terminated, truncated, info)
+
+    @property
+    def time(self) -> float:
+        """s since the start of the episode."""
+        return (self.stage.simulation.steps - self._begun) * self.options.timestep
+
+    def _drive(self, simulation: Simulation, speeds: tuple[float, float, float]) -> None:
+        """Command the robot after the delay, and simulate until the next action."""
+        delay = round(self._drawn.delay / self.options.timestep)
+        end = simulation.steps + self.steps_per_action
+        self._pending.append((simulation.steps + delay, speeds))
+        while self._pending and self._pending[0][0] < end:
+            due, (linear, angular, lateral) = self._pending.pop(0)
+            if due > simulation.steps:
+                simulation.step(due - simulation.steps)
+            simulation.cmd_vel(linear, angular, lateral)
+        simulation.step(end - simulation.steps)
+
+    def _judge(self, simulation: Simulation, has_diverged: bool) -> tuple[dict[str, float], str]:
+        """The values of the terms of the step, and the outcome."""
+        if has_diverged:
+            return {"failure": 1.0}, DIVERGED
+        terms, outcome = self.task.judge(simulation.ground_truth.pose)
+        if _has_fallen(simulation):
+            outcome = FELL
+        elif simulation.collided:
+            outcome = COLLIDED
+        if outcome:
+            terms["arrival" if outcome == ARRIVED else "failure"] = 1.0
+        return terms, outcome
+
+    def _observe(self) -> Vector:
+        """What the policy sees now."""
+        simulation = self.stage.simulation
+        if self.options.pose == "ground_truth":
+            motion = simulation.ground_truth
+            pose = motion.pose
+        else:
+            motion = simulation.odometry
+            pose = self._map_from_odometry @ motion.pose
+        points, seen_at = (None, -math.inf) if self._seen is None else self._seen()
+        now = simulation.time
+        observation = Observation(now, pose, motion.twist, points, now - seen_at)
+        if not self._drawn.noise.is_none:
+            observation = self._drawn.noise.add(observation, self._random)
+        if self._target is None:
+            raise KbotError("the episode has not started: call reset first")
+        return self.interface.observe(observation, self._target, self._last_action)
+
+    def _end(self) -> None:
+        """Undo what the last episode changed in its simulation."""
+        for fault in self._faults:
+            self.stage.simulation.disturbances.end_fault(fault)
+        self._faults = []
+
+    # stages
+
+    def _draw_scene(self, random: np.random.Generator) -> Scene:
+        scene = self.task.scene(self._scene, random)
+        low, high = self._seeds
+        scene = _with_world_seed(scene, int(random.integers(low, high + 1)))
+        values = self._randomisation.draw_values(random)
+        return scene.with_values(values) if values else scene
+
+    def _stage_of(self, scene: Scene) -> Stage:
+        stage = self._stages.get(scene.key)
+        if stage is None:
+            stage = Stage(scene, self.task.reach, self.options.timestep)
+            self._stages[scene.key] = stage
+            if len(self._stages) > _MOST_STAGES:
+                self._stages.popitem(last=False)
+        else:
+            self._stages.move_to_end(scene.key)
+        return stage
+
+    def _interface_of(self, stage: Stage) -> PolicyInterface:
+        options = self.options
+        if options.lidar != 0:
+            stage.lidar  # noqa: B018 - mounts it, without the other sensors
+        return policy_interface(
+            stage.simulation,
+            self.task.target,
+            sectors=options.lidar,
+            reach=options.reach,
+            max_speed=options.max_speed,
+            reverse=options.reverse,
+            rate=options.rate,
+        )
+
+
+ORIGIN = PlanarPose()
+
+
+def _has_fallen(simulation: Simulation) -> bool:
+    _, _, _, _, x, y, _ = simulation.robots.first.body.root_place
+    return 1.0 - 2.0 * (x * x + y * y) < UPRIGHT
+
+
+def _with_world_seed(scene: Scene, seed: int) -> Scene:
+    if isinstance(scene.world, str) and SEED in scene.world:
+        return replace(scene, world=scene.world.replace(SEED, str(seed)))
+    return scene
+
+
+def _weights(task: Task, given: Mapping[str, float]) -> dict[str, float]:
+    """The weight of each term of the reward. Raises KbotError: a term is unknown, or a weight not finite."""
+    terms: dict[str, Reward] = {**task.rewards, **COMMON_REWARDS}
+    if not isinstance(given, Mapping):
+        raise KbotError(f"rewards must be a dict of weights by name, not {reprlib.repr(given)}")
+    for name, weight in given.items():
+        if name not in terms:
+            raise KbotError(f"unknown term '{name}' in rewards: {suggest_or_list(str(name), terms)}")
+        if not is_finite(weight):
+            raise KbotError(f"the weight of '{name}' in rewards must be a finite number, not {weight!r}")
+    return {name: float(given.get(name, term.weight)) for name, term in terms.items()}
+
+
+def _require_seeds(seeds: object) -> tuple[int, int]:
+    low, high = require_range("world_seeds", seeds, 0, _MOST_SEEDS)
+    if low != int(low) or high != int(high):
+        raise KbotError(f"world_seeds must be two whole numbers, not {seeds!r}")
+    return int(low), int(high)
+
+
+def _require_rate(rate: float, timestep: float) -> int:
+    """Steps of physics for each action. Raises KbotError: the rate is not valid."""
+    if not (is_finite(rate) and 0.0 < rate <= 1.0 / timestep):
+        raise KbotError(f"rate must be above 0 and at most {1.0 / timestep:g} Hz, not {rate!r}")
+    steps = round(1.0 / (rate * timestep))
+    if abs(steps * rate * timestep - 1.0) > 1e-6:
+        raise KbotError(
+            f"a period of 1/{rate:g} s is not a whole number of time steps of {timestep:g} s: change rate"
+        )
+    return steps

@@ -1,0 +1,20 @@
+"""Registers the environments with Gymnasium: `kbot.gymnasium_hook` does it when both are imported."""
+
+from __future__ import annotations
+
+ENVIRONMENTS = {"kbot/Goal-v0": "goal"}
+"""The task of each environment."""
+
+
+def register() -> None:
+    """Register all environments that are not registered yet."""
+    from gymnasium.envs.registration import register as register_environment
+    from gymnasium.envs.registration import registry
+
+    for name, task in ENVIRONMENTS.items():
+        if name not in registry:
+            register_environment(
+                name,
+                entry_point="kbot.learn.environment:KbotEnv",
+                kwargs={"task": task},
+            )

@@ -1,0 +1,174 @@
+"""A stage: one robot in one world, with the places where it can stand, for any number of episodes."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.model import RobotModel
+from kbot.navigation.footprint import height, turning_radius
+from kbot.navigation.inflation import inflate
+from kbot.navigation.local.cost_to_go import BLOCKED, LETHAL, CostToGo, Sweeping
+from kbot.navigation.simulated import level_lidar
+from kbot.robot import Value, load
+from kbot.sensors.declared import mount_declared
+from kbot.sensors.lidar import LidarSensor
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world import World
+from kbot.world.ground import ground_heights
+from kbot.world.occupancy import FREE_BELOW, OccupancyGrid
+from kbot.world.occupancy_of_world import HEIGHTS, world_grid
+
+_CELL = 0.05
+"""m. A way to the goal need not be finer: it only measures progress."""
+_MOST_CELLS = 250_000
+"""A map of 25 x 25 m. The ways to a goal are then computed in 0.1 s."""
+_ROOM = 0.05
+"""m between a robot that starts or has arrived, in any heading, and the nearest obstacle."""
+_LEVEL = 0.001
+"""m by which the ground at a start may differ from that at the world's origin."""
+SEED = "{seed}"
+"""In the name of a world, it is replaced by a number that is drawn for each episode."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """The robot and the world of an episode.
+
+    `values` are of xacro arguments and properties.
+    """
+
+    robot: str | os.PathLike[str] | RobotModel
+    world: str | World
+    values: tuple[tuple[str, Value], ...] = ()
+    packages: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Scenes of one environment with equal keys are equal: they have the same robot."""
+        return (self.world if isinstance(self.world, str) else self.world.name), self.values
+
+    def with_values(self, values: Mapping[str, Value]) -> Scene:
+        """The same scene with more values."""
+        return replace(self, values=tuple({**dict(self.values), **values}.items()))
+
+
+class Stage:
+    """A simulation of a scene. It is reset for each episode."""
+
+    def __init__(self, scene: Scene, reach: float, timestep: float) -> None:
+        """`reach` in m is how far the map extends beyond the robot's start and the objects of the world.
+
+        Raises:
+            DescriptionError: the robot or the world cannot be used.
+            KbotError: a name or a value is not valid.
+        """
+        self.scene = scene
+        with warnings.catch_warnings():
+            # one episode after the other would repeat the warnings that kbot check prints
+            warnings.simplefilter("ignore")
+            robot = _robot(scene)
+        self.simulation = Simulation(robot, scene.world, timestep=timestep)
+        self._reach = reach
+
+    @cached_property
+    def lidar(self) -> LidarSensor | None:
+        """The robot's first level lidar, mounted. The robot's other sensors do not measure."""
+        found = level_lidar(self.simulation)
+        sensors, _ = mount_declared(self.simulation, strict=False)
+        for sensor in sensors.values():
+            if sensor is not found:
+                sensor.close()
+        return found
+
+    @cached_property
+    def grid(self) -> OccupancyGrid:
+        """The map of the world."""
+        first, start = self.simulation.robots.first, self.simulation.start
+        low, high = HEIGHTS
+        heights = low, max(high, height(first.robot, first.base))
+        around = [(start.x, start.y)]
+        return world_grid(
+            self.simulation.world, _CELL, heights, around, margin=self._reach, most_cells=_MOST_CELLS
+        )
+
+    @cached_property
+    def _weight(self) -> NDArray[np.float64]:
+        return np.where(inflate(self.grid.cells >= FREE_BELOW, self._radius), LETHAL, 1.0)
+
+    @cached_property
+    def _radius(self) -> float:
+        """The distance in cells that the robot's middle keeps from obstacles."""
+        first = self.simulation.robots.first
+        return (turning_radius(first.robot, first.base) + _ROOM) / self.grid.resolution + 0.5
+
+    @cached_property
+    def free(self) -> NDArray[np.intp]:
+        """The cells (n, 2), as row and column, that the robot can reach from the world's start.
+
+        Raises:
+            KbotError: there is none.
+        """
+        start = self.simulation.start
+        reached = self.ways_to(start.x, start.y).raw < BLOCKED
+        ground = ground_heights(self.simulation.world, self.grid)
+        if ground is not None:
+            row, column = self.grid.cell(start.x, start.y)
+            reached &= np.abs(ground - ground[row, column]) < _LEVEL
+        cells = np.argwhere(reached & (self._weight < LETHAL))
+        if not len(cells):
+            raise KbotError(
+                f"world '{self.simulation.world.name}' has no place in which the robot can turn without a"
+                " collision"
+            )
+        return cells
+
+    def ways_to(self, x: float, y: float) -> CostToGo:
+        """The lengths in m of the shortest ways to a point that keep the robot away from obstacles."""
+        grid = self.grid
+        sweeping = Sweeping(self._weight, (grid.origin.x, grid.origin.y), grid.resolution, (x, y))
+        while not sweeping.is_done:
+            sweeping.sweep()
+        found = sweeping.result()
+        return replace(found, values=self._extended(found.raw))
+
+    def _extended(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The lengths, with those of the nearest free cells near obstacles, where a robot may be too."""
+        known = np.where((self._weight < LETHAL) & (lengths < BLOCKED), lengths, np.inf)
+        step = self.grid.resolution
+        for _ in range(math.ceil(self._radius) + 2):
+            padded = np.pad(known, 1, constant_values=np.inf)
+            beside = np.minimum(
+                np.minimum(padded[:-2, 1:-1], padded[2:, 1:-1]),
+                np.minimum(padded[1:-1, :-2], padded[1:-1, 2:]),
+            )
+            known = np.where(np.isinf(known), beside + step, known)
+        # cells that no robot reaches
+        return np.where(np.isinf(known), np.max(known, initial=0.0, where=np.isfinite(known)), known)
+
+    def random_place(
+        self, random: np.random.Generator, cells: NDArray[np.intp] | None = None
+    ) -> tuple[float, float]:
+        """A random point in m in one of the cells, by default in `free`."""
+        cells = self.free if cells is None else cells
+        row, column = cells[int(random.integers(len(cells)))].tolist()
+        return self.grid.center(row, column)
+
+
+def _robot(scene: Scene) -> RobotModel:
+    if isinstance(scene.robot, RobotModel):
+        if scene.values:
+            names = ", ".join(name for name, _ in scene.values)
+            raise KbotError(
+                f"the values of {names} cannot be set in a loaded robot: give the robot's file instead"
+            )
+        return scene.robot
+    return load(scene.robot, packages=list(scene.packages), arguments=dict(scene.values))
