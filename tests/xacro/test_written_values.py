@@ -295,13 +295,20 @@ def test_a_number_keeps_its_value_in_any_notation(value: float, like: str) -> No
     assert float(number_text(value, like)) == value
 
 
+def edited_files(
+    path: Path, arguments: dict[str, float | str], properties: dict[str, float | str]
+) -> dict[str, str]:
+    """The edited texts by the name of the file."""
+    edits = [found.edit for found in parameter_edits(str(path), arguments, properties).edits]
+    return {Path(name).name: after for name, (_, after) in edited_texts(edits).items()}
+
+
 def test_parameters_are_changed_where_they_are_defined(robot: Path) -> None:
-    edits = parameter_edits(str(robot), {"height": 0.4}, {"wheel_diameter": 0.09, "density": 2000.0})
-    ((_, after),) = edited_texts(edits).values()
-    assert after == ROBOT.replace("0.30", "0.4").replace("0.080", "0.09").replace("1e3", "2e3")
-    assert parameter_edits(str(robot), {"height": 0.3}, {}) == ()
+    after = edited_files(robot, {"height": 0.4, "unknown": 1.0}, {"wheel_diameter": 0.09, "density": 2000.0})
+    assert after == {"r.xacro": ROBOT.replace("0.30", "0.4").replace("0.080", "0.09").replace("1e3", "2e3")}
+    assert edited_files(robot, {"height": 0.3}, {}) == {}
     with pytest.raises(DescriptionError, match="wheel_diameter"):
-        parameter_edits(str(robot), {}, {"wheel_diametre": 0.09})
+        edited_files(robot, {}, {"wheel_diametre": 0.09})
 
 
 def test_a_computed_property_becomes_a_plain_value_in_the_file_that_defines_it(tmp_path: Path) -> None:
@@ -319,8 +326,7 @@ def test_a_computed_property_becomes_a_plain_value_in_the_file_that_defines_it(t
   <a b="${radius}" c="${diameter}" d="${label}"/>
 </robot>"""
     )
-    edits = parameter_edits(str(file), {}, {"radius": 0.06, "label": 'a "b" & c'})
-    texts = {Path(name).name: after for name, (_, after) in edited_texts(edits).items()}
+    texts = edited_files(file, {}, {"radius": 0.06, "label": 'a "b" & c'})
     assert 'name="radius" value="0.06"' in texts["sizes.xacro"]
     assert 'value="a &quot;b&quot; &amp; c"' in texts["r.xacro"]
 
@@ -336,10 +342,10 @@ def test_each_definition_of_a_property_is_changed(tmp_path: Path) -> None:
   <b size="${size}"/>
 </robot>"""
     file.write_text(text)
-    ((_, after),) = edited_texts(parameter_edits(str(file), {}, {"size": 3.0})).values()
-    assert after == text.replace('"1"', '"3"').replace('"2"', '"3"')
-    ((_, after),) = edited_texts(parameter_edits(str(file), {}, {"size": 3.0}, {"large": "false"})).values()
-    assert after == text.replace('"1"', '"3"').replace('"4"', '"3"')
+    after = edited_files(file, {}, {"size": 3.0})
+    assert after == {"r.xacro": text.replace('"1"', '"3"').replace('"2"', '"3"')}
+    after = edited_files(file, {"large": "false"}, {"size": 3.0})
+    assert after == {"r.xacro": text.replace('"1"', '"3"').replace('"4"', '"3"').replace("true", "false")}
 
 
 ATTRIBUTES = {"origin": ("xyz",), "cylinder": ("radius", "length"), "box": ("size",), "mass": ("value",)}

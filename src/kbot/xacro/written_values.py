@@ -20,7 +20,7 @@ from kbot.text.errors import KbotError
 from kbot.text.files import unsaved
 from kbot.text.numbers import NUMBER
 from kbot.text.recursion import recursion_limit
-from kbot.text.span import Span
+from kbot.text.span import Call, Span
 from kbot.text.xml import Element
 from kbot.xacro.assignments import require_overridden
 from kbot.xacro.engine import expand
@@ -135,52 +135,70 @@ def _in_notation(text: str, like: str) -> str:
     return f"{whole}.{decimals}" if decimals else whole
 
 
+@dataclass(frozen=True, slots=True)
+class ParameterEdit:
+    """The edit of an argument or a property. `calls` are the includes and macro calls that lead to it."""
+
+    name: str
+    edit: Edit
+    calls: tuple[Call | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterEdits:
+    """Edits of parameters, and the expansion with the new values, which the edited files must equal."""
+
+    edits: tuple[ParameterEdit, ...]
+    wanted: Expansion
+
+
 def parameter_edits(
     path: str,
     arguments: Mapping[str, float | str],
     properties: Mapping[str, float | str],
-    given: Mapping[str, str] | None = None,
     packages: Packages | None = None,
-) -> tuple[Edit, ...]:
+) -> ParameterEdits:
     """The edits that give arguments and top-level properties other values where they are defined.
 
     A property that is computed from others becomes a plain value. A property that is defined several times
-    has the new value at each definition, as with `kbot expand --set`. `given` are the values of arguments
-    that are not written, such as those of a command line.
+    has the new value at each definition, as with `kbot expand --set`. Arguments that the description does not
+    declare are ignored, as xacro ignores them.
 
     Raises:
         DescriptionError: the description has errors, or does not have one of the properties.
         KbotError: the edited files do not expand to the same robot as the new values.
     """
-    given = {name: text for name, text in (given or {}).items() if name not in arguments}
-    definitions: dict[tuple[str, int], Binding] = {}
+    definitions: dict[tuple[str, int], list[Binding]] = {}
 
     def collect(event: str, scope: Value, name: str, value: Value) -> None:
         binding = scope.values.get(name)
         if event == "set" and scope.parent is None and name in properties and binding.origin is not None:
-            definitions.setdefault((binding.origin.span.file, binding.origin.span.start), binding)
+            span = binding.origin.span
+            definitions.setdefault((span.file, span.start), []).append(binding)
 
     texts = {name: str(value) for name, value in arguments.items()}
     overrides = {name: str(value) for name, value in properties.items()}
-    wanted = expand(path, {**given, **texts}, properties=overrides, packages=packages, log=collect).require()
+    wanted = expand(path, texts, properties=overrides, packages=packages, log=collect, lenient=True).require()
     require_overridden(properties, wanted)
-    found = [(binding, properties[binding.name]) for binding in definitions.values()]
-    found += [(wanted.defaults[name], value) for name, value in arguments.items() if name in wanted.defaults]
-    edits = [
-        Edit(binding.origin.span, text)
-        for binding, value in found
-        if binding.origin is not None
-        if (text := _attribute_text(value, binding.origin.span)) != binding.origin.span.text
+    found = [(bindings, properties[bindings[0].name]) for bindings in definitions.values()]
+    found += [
+        ([wanted.defaults[name]], value) for name, value in arguments.items() if name in wanted.defaults
     ]
-    with unsaved({file: after for file, (_, after) in edited_texts(edits).items()}):
-        result = expand(path, given, packages=packages)
-    if not _is_same(result, wanted):
+    edits = tuple(
+        ParameterEdit(bindings[0].name, Edit(origin.span, text), tuple(binding.call for binding in bindings))
+        for bindings, value in found
+        if (origin := bindings[0].origin) is not None
+        if (text := _attribute_text(value, origin.span)) != origin.span.text
+    )
+    with unsaved({file: after for file, (_, after) in edited_texts(e.edit for e in edits).items()}):
+        result = expand(path, packages=packages, lenient=True)
+    if not is_same_robot(result, wanted):
         names = ", ".join([*arguments, *properties])
         raise KbotError(f"{path}: no edit of its files gives the same robot as the new values of {names}")
-    return tuple(edits)
+    return ParameterEdits(edits, wanted)
 
 
-def _is_same(result: Expansion, wanted: Expansion) -> bool:
+def is_same_robot(result: Expansion, wanted: Expansion) -> bool:
     """Whether two expansions give the same robot. Numbers may be written differently."""
     if not result.ok or result.document is None or wanted.document is None:
         return False
