@@ -273,45 +273,64 @@ def corridor(length: float = 6.0, width: float = 0.8, height: float = 0.3) -> Wo
     )
 
 
-def rooms(columns: int = 3, rows: int = 2, size: float = 2.0, door: float = 0.6) -> World:
-    """A grid of rooms of `size` metres, with a door in the middle of every inner wall.
+def rooms(columns: int = 3, rows: int = 2, size: float = 2.0, door: float = 0.6, seed: int = 0) -> World:
+    """A grid of rooms of `size` metres, with a door in every inner wall.
 
-    Every other room has a table. The start is the middle of the first room.
+    The start is the middle of the first room. With the seed 0, the doors are in the middle of their walls,
+    and every other room has a table. With another seed, the doors and the tables are at random places.
     """
     if not (1 <= columns <= 20 and 1 <= rows <= 20 and size > door > 0.0):
         raise KbotError(
             "world 'rooms': columns and rows must be from 1 to 20, and door above 0 and below size"
         )
+    random = np.random.default_rng(seed) if seed else None
+
+    def door_place() -> float:
+        """Of the door's middle, in m from the wall's middle. A piece of wall is left on both sides."""
+        furthest = max(0.0, (size - door) / 2 - 0.1)
+        return 0.0 if random is None else random.uniform(-furthest, furthest)
+
     bodies: list[Body] = [floor(max(40.0, 2.5 * size * max(columns, rows)))]
     for column in range(columns + 1):
         for row in range(rows):
             x, low = (column - 0.5) * size, (row - 0.5) * size
             inner = 0 < column < columns
-            bodies += _side(f"wall_x{column}_{row}", (x, low), (x, low + size), door if inner else 0.0)
+            name, ends = f"wall_x{column}_{row}", ((x, low), (x, low + size))
+            bodies += _with_door(name, *ends, door, door_place()) if inner else [wall(name, *ends)]
     for row in range(rows + 1):
         for column in range(columns):
             y, low = (row - 0.5) * size, (column - 0.5) * size
             inner = 0 < row < rows
-            bodies += _side(f"wall_y{column}_{row}", (low, y), (low + size, y), door if inner else 0.0)
+            name, ends = f"wall_y{column}_{row}", ((low, y), (low + size, y))
+            bodies += _with_door(name, *ends, door, door_place()) if inner else [wall(name, *ends)]
     for column in range(columns):
         for row in range(rows):
-            if (column + row) % 2:
-                x, y = column * size + size * 0.25, row * size + size * 0.25
-                bodies.append(box(f"table_{column}_{row}", (0.35, 0.25, 0.2), x, y, rgba=WOOD))
+            x, y, yaw = column * size + size * 0.25, row * size + size * 0.25, 0.0
+            if random is not None:
+                spread = max(0.0, size / 2 - _BESIDE_TABLE)
+                x, y = (middle * size + random.uniform(-spread, spread) for middle in (column, row))
+                yaw = random.uniform(0.0, pi)
+            if (column + row) % 2 if random is None else column + row:
+                bodies.append(box(f"table_{column}_{row}", (0.35, 0.25, 0.2), x, y, yaw=yaw, rgba=WOOD))
     return World("rooms", tuple(bodies))
 
 
-def _side(name: str, start: tuple[float, float], end: tuple[float, float], door: float) -> list[Body]:
-    """A wall. With a door in its middle it has two pieces."""
-    if not door:
-        return [wall(name, start, end)]
+_BESIDE_TABLE = 0.5
+"""m from the middle of a table, which reaches 0.22 m, to the next wall: KBot passes between them."""
+
+
+def _with_door(
+    name: str, start: tuple[float, float], end: tuple[float, float], door: float, place: float
+) -> list[Body]:
+    """Two pieces of wall with a door between them, whose middle is `place` m from that of the wall."""
     length = abs(end[0] - start[0]) + abs(end[1] - start[1])
-    share = (length - door) / 2 / length
-    across = ((end[0] - start[0]) * share, (end[1] - start[1]) * share)
-    return [
-        wall(f"{name}_a", start, (start[0] + across[0], start[1] + across[1])),
-        wall(f"{name}_b", (end[0] - across[0], end[1] - across[1]), end),
-    ]
+    first, last = ((length + side * door) / 2 + place for side in (-1.0, 1.0))
+
+    def point(along: float) -> tuple[float, float]:
+        share = along / length
+        return start[0] + (end[0] - start[0]) * share, start[1] + (end[1] - start[1]) * share
+
+    return [wall(f"{name}_a", start, point(first)), wall(f"{name}_b", point(last), end)]
 
 
 BUILDERS: dict[str, Callable[..., World]] = {
