@@ -90,6 +90,33 @@ def shared() -> Path:
 
 
 @pytest.fixture(scope="session")
+def straight_policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A policy in an ONNX file that drives at 0.3 m/s, turns towards the goal at up to 1 rad/s, and ignores
+    the four lidar sectors that it sees: angular = goal_sin / 2."""
+    import numpy as np
+    from onnx import TensorProto, helper, numpy_helper
+
+    from kbot.learn.inputs import PolicyInterface, Sectors
+    from kbot.learn.policy import save_policy
+
+    interface = PolicyInterface("goal", linear=(0.0, 0.6), angular=(-2.0, 2.0), lidar=Sectors(4))
+    names = [field.name for field in interface.inputs]
+    weights = np.zeros((2, len(names)), np.float32)
+    weights[1, names.index("goal_sin")] = 0.5
+    graph = helper.make_graph(
+        [helper.make_node("Gemm", ["seen", "weights"], ["action"], transB=1)],
+        "straight",
+        [helper.make_tensor_value_info("seen", TensorProto.FLOAT, ["batch", len(names)])],
+        [helper.make_tensor_value_info("action", TensorProto.FLOAT, ["batch", 2])],
+        [numpy_helper.from_array(weights, "weights")],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    file = tmp_path_factory.mktemp("policy") / "straight.onnx"
+    save_policy(model.SerializeToString(), interface, file)
+    return file
+
+
+@pytest.fixture(scope="session")
 def chromium() -> str:
     """The path of Chromium: `KBOT_CHROMIUM`, or the first of the usual names that exists."""
     names = filter(None, (os.environ.get("KBOT_CHROMIUM"), *CHROMIUMS))

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import kbot
+from kbot.learn.policy import Policy, PolicyController
 from kbot.messages import Twist
 from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
 from kbot.record.run_outputs import RunOutputs
@@ -93,3 +94,16 @@ def test_own_controller_example_follows_a_wall_on_a_running_robot(simulation: Si
     pose = simulation.ground_truth.pose
     assert pose.x > 0.3
     assert 0.39 - pose.y == pytest.approx(0.3, abs=0.03)
+
+
+def test_a_policy_drives_the_robot_of_another_process(simulation: Simulation, straight_policy: Path) -> None:
+    """Its node gets odometry and scans over the transport `local`, and publishes commands."""
+    with kbot.Node("driver", ()) as node:
+        controller = PolicyController(Policy.read(straight_policy), kbot.PlanarPose(0.6, 0.1))
+        pilot = NodePilot(node, controller)
+        assert _until(node, lambda: controller.is_done)
+        pilot.close()
+        node.spin(0.2)
+    assert controller.status == "reached"
+    pose = simulation.odometry.pose
+    assert math.hypot(pose.x - 0.6, pose.y - 0.1) < 0.2

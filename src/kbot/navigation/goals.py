@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Protocol
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
@@ -16,8 +17,10 @@ from kbot.navigation.navigator import DEFAULTS, Navigator, NavigatorSettings
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner
 from kbot.navigation.simulated import (
+    RATE,
     LidarPoints,
     Pilot,
+    PoseSource,
     describe_fall,
     level_lidar,
     require_turning,
@@ -33,12 +36,42 @@ FAULTS = Complaints(logging.getLogger(__name__))
 """Reports maps that fail. Every goal makes a map, so a crash file for each failure would be too many."""
 
 
+class GoalDriver(Protocol):
+    """A controller that drives to one goal at a time, such as a `Navigator`.
+
+    `status` is the state of the last goal, and `path` its path, None without one."""
+
+    @property
+    def status(self) -> GoalReport | None: ...
+
+    @property
+    def path(self) -> Path | None: ...
+
+    def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalReport:
+        """Replace the current goal. Raises KbotError: it is not a goal for this driver."""
+        ...
+
+    def update(self, observation: Observation) -> Twist: ...
+
+    def cancel(self, reason: str) -> None: ...
+
+    def refuse(self, reason: str) -> None: ...
+
+
+class MaplessDriver(GoalDriver, Protocol):
+    """One that needs no map. Its poses come from odometry, `rate` times a second."""
+
+    @property
+    def rate(self) -> float: ...
+
+
 class Goals:
     """Drives a simulation's robot to one goal at a time.
 
     The map of the world and the planner's tables are made for the first goal, and the robot's lidar is then
-    mounted. `status` is the state of the last goal, and `path` its path. The commands are journalled like all
-    other commands. Code that drives the robot by hand calls `give_way`.
+    mounted. With a driver of its own, there is no map. `status` is the state of the last goal, and `path` its
+    path. The commands are journalled like all other commands. Code that drives the robot by hand calls
+    `give_way`.
     """
 
     def __init__(
@@ -48,18 +81,26 @@ class Goals:
         lidar: LidarSensor | None = None,
         settings: NavigatorSettings = DEFAULTS,
         in_background: bool = False,
+        make_driver: Callable[[Simulation], MaplessDriver] | None = None,
     ) -> None:
         """Accept goals.
 
         Args: simulation: whose first robot drives. grid: replaces the map of the world. lidar: replaces the
         one that the description declares. settings: limits for each goal. in_background: make the map on
-        another thread. The robot waits for it while time passes, so a run is not the same every time."""
+        another thread. The robot waits for it while time passes, so a run is not the same every time.
+        make_driver: makes what drives to goals without a map. It raises a KbotError if the robot does not
+        fit."""
         self._simulation, self._given, self._lidar = simulation, grid, lidar
         self._in_background = in_background
         self._navigator = Navigator(None, settings)
+        self._driver: GoalDriver = self._navigator
+        self._make_driver = make_driver
+        self._rate = RATE
+        self._pose_source: PoseSource = "ground_truth"
         self._making: Future[GridPlanner] | None = None
         self._seen: LidarPoints | None = None
-        self._radius: float | None = None
+        self._radius = 0.0
+        self._is_set_up = False
         self._pilot: Pilot | None = None
         self._prepared: PlanarPose | None = None
         self._time = -math.inf
@@ -71,12 +112,12 @@ class Goals:
     @property
     def status(self) -> GoalReport | None:
         """The state of the last goal; None before the first."""
-        return self._navigator.status
+        return self._driver.status
 
     @property
     def path(self) -> Path | None:
         """The path to the last goal, in the world's frame; None until it is planned."""
-        return self._navigator.path
+        return self._driver.path
 
     @property
     def is_driving(self) -> bool:
@@ -105,21 +146,21 @@ class Goals:
         Raises: KbotError: a number is not finite, the goal is too far away, the timeout is not above 0, or
         the robot cannot drive or has no size."""
         self._set_up()
-        self._navigator.go(goal, timeout)
+        self._driver.go(goal, timeout)
         self.count += 1
         self._time = self._simulation.time
         if fallen := describe_fall(self._simulation):
-            self._navigator.refuse(fallen)
+            self._driver.refuse(fallen)
             self._stand_still()
             return
         if self._pilot is None:
-            self._pilot = Pilot(self._simulation, self, seen=self._seen)
+            self._pilot = Pilot(self._simulation, self, self._rate, self._pose_source, self._seen)
         self._report()
         self.prepare(goal)
 
     def cancel(self, reason: str = "cancelled by its sender") -> None:
         """Cancel the goal, if there is one, and stop the robot."""
-        self._navigator.cancel(reason)
+        self._driver.cancel(reason)
         self._stand_still()
 
     def _stand_still(self) -> None:
@@ -131,7 +172,7 @@ class Goals:
     def give_way(self, reason: str) -> None:
         """Cancel the goal, if there is one, without stopping the robot: something else commands it now."""
         if self._pilot is not None:
-            self._navigator.cancel(reason)
+            self._driver.cancel(reason)
             self._release()
 
     def place(self, pose: PlanarPose) -> None:
@@ -156,6 +197,8 @@ class Goals:
             KbotError: the robot cannot drive or has no size.
         """
         self._set_up()
+        if self._make_driver is not None:
+            return
         places = [self._simulation.ground_truth.pose, *([goal] if goal is not None else [])]
         around = [(place.x, place.y) for place in places]
         known = self.grid
@@ -184,10 +227,10 @@ class Goals:
         """The command for the robot; the pilot calls this while there is a goal."""
         status = self.status
         if observation.time < self._time and status is not None:
-            self._navigator.cancel("the simulation was reset")
+            self._driver.cancel("the simulation was reset")
         self._time = observation.time
         self._collect()
-        wanted = STILL if self._making is not None else self._navigator.update(observation)
+        wanted = STILL if self._making is not None else self._driver.update(observation)
         self._report()
         if self.status is not None and self.status.state.is_end:
             self._release()
@@ -195,21 +238,26 @@ class Goals:
         return wanted
 
     def _set_up(self) -> None:
-        """Before the first goal, find the robot's size and its lidar."""
-        if self._radius is not None:
+        """Before the first goal, make the driver, or find the robot's size. Find its lidar."""
+        if self._is_set_up:
             return
-        robot, base = self._simulation.robot, require_turning(self._simulation).base
-        radius = turning_radius(robot, base)
+        if self._make_driver is not None:
+            driver = self._make_driver(self._simulation)
+            self._driver, self._rate, self._pose_source = driver, driver.rate, "odometry"
+        else:
+            robot, base = self._simulation.robot, require_turning(self._simulation).base
+            self._radius = turning_radius(robot, base)
         lidar = self._lidar or level_lidar(self._simulation)
         if lidar is not None:
             self._seen = LidarPoints(lidar)
-            self._navigator.guard_with_lidar(outline(robot, base), lidar.spec.rate)
-        self._radius = radius
+            if self._make_driver is None:
+                self._navigator.guard_with_lidar(outline(robot, base), lidar.spec.rate)
+        self._is_set_up = True
 
     def _make(self, around: list[tuple[float, float]]) -> GridPlanner:
         """Raises KbotError: the world is too large for a map."""
         if self._given is not None:
-            return GridPlanner(self._given, self._radius or 0.0)
+            return GridPlanner(self._given, self._radius)
         return robot_planner(self._simulation, around)
 
     def _make_and_try(
@@ -235,9 +283,9 @@ class Goals:
         try:
             self._navigator.planner = result()
         except KbotError as error:
-            self._navigator.refuse(str(error))
+            self._driver.refuse(str(error))
         except Exception as error:  # noqa: BLE001 - it refuses the goal, and the run goes on
-            self._navigator.refuse(f"no map: {FAULTS.fault('making a map', error)}")
+            self._driver.refuse(f"no map: {FAULTS.fault('making a map', error)}")
 
     def _release(self) -> None:
         if self._pilot is not None:

@@ -184,7 +184,7 @@ class Pilot:
     def tick(self) -> None:
         """Update the controller once and command its twist."""
         wanted = self._controller.update(self.observe())
-        self._simulation.cmd_vel(wanted.linear.x, wanted.angular.z)
+        self._simulation.cmd_vel(wanted.linear.x, wanted.angular.z, wanted.linear.y)
 
     def close(self) -> None:
         """Stop calling the controller. The robot keeps its last command."""

@@ -76,6 +76,13 @@ class NavigationTopics:
         self._action.close()
         self.goals.unwatch(self._report)
 
+    def go(self, goal: PlanarPose) -> None:
+        """Drive to a goal in the world's frame. If it is refused, the reason is published."""
+        try:
+            self.goals.go(goal)
+        except KbotError as error:
+            self._refuse(error)
+
     def _go(self, message: PoseStamped) -> None:
         """Begin a goal. Raises KbotError: it is refused at once."""
         frame = message.header.frame_id.lstrip("/")

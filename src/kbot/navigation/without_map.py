@@ -172,25 +172,57 @@ def go_to_without_map(
     """
     navigator, lidars = local_navigator(simulation, max_speed, settings)
     status = navigator.go(goal, any_heading, arrive, timeout)
-    start, begun = simulation.ground_truth.pose, simulation.time
     pilot = LocalPilot(simulation, navigator, lidars)
+    return run_trip(
+        simulation,
+        goal,
+        arrive,
+        settings.rate,
+        lambda: navigator.status or status,
+        lambda: pilot.estimate.pose,
+        pilot.close,
+    )
+
+
+def run_trip(
+    simulation: Simulation,
+    goal: PlanarPose,
+    arrive: float,
+    rate: float,
+    report: Callable[[], GoalReport],
+    estimate: Callable[[], PlanarPose],
+    close: Callable[[], None],
+) -> Trip:
+    """Run the simulation while a pilot drives to a goal, and judge the goal by the true pose.
+
+    Args:
+        simulation: whose first robot drives.
+        goal: in the world's frame.
+        arrive: radius in m within which the goal is reached.
+        rate: how often the goal's state is looked at, in Hz.
+        report: returns the goal's state as the pilot knows it.
+        estimate: returns the pilot's estimate of the robot's pose.
+        close: stops the pilot.
+    """
+    start, begun = simulation.ground_truth.pose, simulation.time
+    status = report()
     odometer = Odometer(simulation)
     arrival, collisions = ArrivalWatch(simulation, goal, arrive), CollisionWatch(simulation)
     try:
         while not status.state.is_end:
-            simulation.run(1.0 / settings.rate)
-            status = navigator.status or status
+            simulation.run(1.0 / rate)
+            status = report()
         took = simulation.time - begun
         simulation.cmd_vel(0.0, 0.0)
-        pilot.close()
+        close()
         simulation.run(0.5)
     finally:
-        pilot.close()
+        close()
         odometer.close()
         arrival.close()
         collisions.close()
-    true = simulation.ground_truth.pose
-    error = math.hypot(true.x - pilot.estimate.pose.x, true.y - pilot.estimate.pose.y)
+    true, believed = simulation.ground_truth.pose, estimate()
+    error = math.hypot(true.x - believed.x, true.y - believed.y)
     straight = math.hypot(goal.x - start.x, goal.y - start.y)
     judged = _judge(status, arrival, true, error)
     return Trip(

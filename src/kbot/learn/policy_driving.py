@@ -1,0 +1,152 @@
+"""Drives simulated robots to goals with a policy: `go_to_with_policy`, and the driver of `Goals`."""
+
+from __future__ import annotations
+
+import math
+
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.learn.inputs import Sectors
+from kbot.learn.policy import ARRIVE, SILENCE, Policy, PolicyController
+from kbot.learn.robot_interface import policy_interface, view
+from kbot.learn.targets import GoalTarget
+from kbot.messages import Twist
+from kbot.navigation.controller import STILL, Observation
+from kbot.navigation.goal_status import GoalReport, GoalState
+from kbot.navigation.goals import Goals
+from kbot.navigation.simulated import LidarPoints, Pilot, Trip, level_lidar
+from kbot.navigation.without_map import run_trip
+from kbot.sensors.lidar import LidarSensor
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+_SPARE = 0.02
+"""rad by which a lidar may see less than the policy's sectors: the gap between two beams."""
+
+
+def fitted(policy: Policy, simulation: Simulation) -> Policy:
+    """The policy with an interface that fits the simulation's first robot.
+
+    If the policy's file does not describe its inputs and actions, they are the default ones of the robot.
+
+    Raises: KbotError: the robot cannot drive, or the policy does not fit it."""
+    robot = simulation.robots.first
+    default = policy_interface(simulation, GoalTarget.kind)
+    if policy.interface is None:
+        try:
+            return policy.with_interface(default)
+        except KbotError as error:
+            raise KbotError(
+                f"the policy's file does not describe its inputs, and they are not the default ones of robot"
+                f" '{robot.name}': {error}"
+            ) from None
+    if policy.interface.lateral is not None and not robot.drives_sideways:
+        raise KbotError(
+            f"the policy commands a lateral speed, but robot '{robot.name}' cannot drive sideways"
+        )
+    if policy.interface.lidar is not None:
+        _require_view(policy.interface.lidar, level_lidar(simulation), robot.name)
+    return policy
+
+
+def _require_view(sectors: Sectors, lidar: LidarSensor | None, name: str) -> None:
+    if lidar is None:
+        raise KbotError(
+            f"the policy sees obstacles with a lidar, but robot '{name}' declares no level lidar with one row"
+            " of beams"
+        )
+    start, end = view(lidar)
+    is_full = end - start >= 2.0 * math.pi - _SPARE
+    if not is_full and (sectors.start < start - _SPARE or sectors.end > end + _SPARE):
+        wanted, found = (
+            f"{math.degrees(low):.0f} to {math.degrees(high):.0f} degrees"
+            for low, high in ((sectors.start, sectors.end), (start, end))
+        )
+        raise KbotError(
+            f"the policy sees obstacles from {wanted}, but the lidar of robot '{name}' only from {found}"
+        )
+
+
+class PolicyDriver:
+    """A `MaplessDriver` of `Goals`: drives to one goal after another with a policy."""
+
+    def __init__(self, simulation: Simulation, policy: Policy, arrive: float = ARRIVE) -> None:
+        """Raises KbotError: the policy does not fit the robot."""
+        self._policy, self._arrive = fitted(policy, simulation), arrive
+        self._silence = _silence(level_lidar(simulation))
+        self._controller: PolicyController | None = None
+        self.path = None
+
+    @property
+    def rate(self) -> float:
+        return self._policy.required_interface.rate
+
+    @property
+    def status(self) -> GoalReport | None:
+        return None if self._controller is None else self._controller.status
+
+    def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalReport:
+        """Replace the current goal. Raises KbotError as `PolicyController`."""
+        self._controller = PolicyController(self._policy, goal, self._arrive, timeout, self._silence)
+        return self._controller.status
+
+    def update(self, observation: Observation) -> Twist:
+        return STILL if self._controller is None else self._controller.update(observation)
+
+    def cancel(self, reason: str) -> None:
+        self._end(GoalState.CANCELLED, reason)
+
+    def refuse(self, reason: str) -> None:
+        self._end(GoalState.REFUSED, reason)
+
+    def _end(self, state: GoalState, reason: str) -> None:
+        if self._controller is not None:
+            self._controller.end(state, reason)
+
+
+def policy_goals(simulation: Simulation, policy: Policy, arrive: float = ARRIVE) -> Goals:
+    """Goals to which the simulation's robot drives with a policy. They are refused if it does not fit."""
+    return Goals(simulation, make_driver=lambda each: PolicyDriver(each, policy, arrive))
+
+
+def go_to_with_policy(
+    simulation: Simulation,
+    policy: Policy,
+    goal: PlanarPose,
+    *,
+    arrive: float = ARRIVE,
+    timeout: float | None = None,
+) -> Trip:
+    """Run the simulation until its robot has reached the goal or gives up. The robot is then stopped.
+
+    The robot knows its start pose, and then only what its wheels and its lidar measure. It stops by its
+    odometry. The goal is reached if the true position came within `arrive`.
+
+    Args:
+        simulation: whose first robot drives.
+        policy: drives the robot.
+        goal: in the world's frame. The heading at the goal is free.
+        arrive: radius in m within which the goal is reached.
+        timeout: time limit in s, by default from the distance of the goal.
+
+    Raises:
+        KbotError: the robot cannot drive, the policy does not fit it, a number is not finite or not above 0,
+            or the goal is too far away.
+    """
+    policy, lidar = fitted(policy, simulation), level_lidar(simulation)
+    controller = PolicyController(policy, goal, arrive, timeout, _silence(lidar))
+    rate = policy.required_interface.rate
+    pilot = Pilot(simulation, controller, rate, "odometry", LidarPoints(lidar) if lidar else None)
+    return run_trip(
+        simulation,
+        goal,
+        arrive,
+        rate,
+        lambda: controller.status,
+        lambda: pilot.start @ simulation.odometry.pose,
+        pilot.close,
+    )
+
+
+def _silence(lidar: LidarSensor | None) -> float:
+    """Seconds without a scan after which the robot is stopped: two and a half periods of a slow lidar."""
+    return SILENCE if lidar is None else max(SILENCE, 2.5 / lidar.spec.rate)
