@@ -187,7 +187,7 @@ def test_documents_are_named_by_the_file_and_have_its_lines() -> None:
         ("until: {x: 3}", "3:12 T104 'x' must be a mapping with min, max, not 3"),
         ("steps: {}", "3:8 T104 'steps' must be a list, not a mapping"),
         ("steps: [{at: 1}]", "3:9 T103 a step needs one action, one of command, goal, joint_command, push, "
-         "add_object, move_object, remove_object, script, fault"),
+         "add_object, move_object, remove_object, policy, script, fault"),
         ("steps: [{command: {}, goal: {x: 1, y: 1}}]",
          "3:9 T104 a step needs one action, not 2: command, goal"),
         ("steps: [{comand: {}}]", "3:10 T102 unknown key 'comand' (did you mean 'command'?)"),

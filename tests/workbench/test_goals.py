@@ -5,9 +5,16 @@ from pathlib import Path
 
 import pytest
 
+import kbot
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.learn.policy import Policy
+from kbot.learn.policy_driving import policy_goals
 from kbot.messages import String
+from kbot.workbench.notebook import LoadedReader, reading_of
 from kbot.workbench.protocol import Drive, Publish, Stop
 from kbot.workbench.serve import open_session
+from kbot.workbench.session.driven_session import driven_session
+from kbot.world import load_world
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
 
@@ -84,3 +91,45 @@ def test_an_invalid_sensor_is_reported_at_its_line(tmp_path: Path):
     assert "finite number, not 'many'" in found.message
     assert found.place is not None
     assert found.place.line == 4
+
+
+def test_a_policy_drives_to_the_first_goal_and_to_those_of_the_page(straight_policy: Path) -> None:
+    policy = Policy.read(straight_policy)
+    description = LoadedReader(reading_of(kbot.load("kbot", lidar=True)))
+    session = driven_session(
+        description,
+        load_world("rooms"),
+        "rooms",
+        0,
+        "recipe",
+        make_goals=lambda simulation: policy_goals(simulation, policy),
+        goal=PlanarPose(0.5, 0.0),
+    )
+    states = _states(session)
+    _advance(session, 5.0)
+    assert states == ["accepted", "driving", "reached"]
+    session.handle(_goal(0.6, 0.5), 1)
+    _advance(session, 6.0)
+    assert states[-2:] == ["driving", "reached"]
+    x, y, _ = session.state().odometry
+    assert (x - 0.6) ** 2 + (y - 0.5) ** 2 < 0.2**2
+    assert session.state().command == (0.0, 0.0)
+
+
+def test_a_policy_that_does_not_fit_refuses_goals(straight_policy: Path) -> None:
+    policy = Policy.read(straight_policy)
+    session = driven_session(
+        LoadedReader(reading_of(kbot.load("kbot"))),
+        load_world("empty"),
+        "empty",
+        0,
+        "recipe",
+        make_goals=lambda simulation: policy_goals(simulation, policy),
+        goal=PlanarPose(0.5, 0.0),
+    )
+    states = _states(session)
+    session.handle(_goal(0.6, 0.5), 1)
+    (state,) = set(states)
+    assert state.startswith("refused: the policy sees obstacles with a lidar, but robot 'kbot' declares no")
+    _advance(session, 0.5)
+    assert session.state().odometry == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)

@@ -15,7 +15,7 @@ from kbot.sweep.plan import Plan, world_with_parameter
 from kbot.sweep.space import Dimension, Space, Target, parse_space
 from kbot.sweep.table import require_parquet
 from kbot.text import KbotError
-from kbot.trials.actions import Goal, RunScript
+from kbot.trials.actions import TO_GOALS, RunScript
 from kbot.trials.errors import sentence
 from kbot.trials.places import find_world
 from kbot.trials.pool import Pool, Task
@@ -163,7 +163,7 @@ def _require_goals(objectives: Sequence[str], tasks: Sequence[Task]) -> None:
     """Raises KbotError: an objective is about goals, and no scenario has one."""
     for name in objectives:
         may_have_goals = any(
-            task.python_file or any(isinstance(step.action, Goal) for step in task.scenario.steps)
+            task.python_file or any(isinstance(step.action, TO_GOALS) for step in task.scenario.steps)
             for task in tasks
         )
         if name in _GOAL_MEASURES and not may_have_goals:

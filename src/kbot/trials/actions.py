@@ -1,4 +1,4 @@
-"""What happens in a scenario: commands, goals, scripts, pushes, faults and objects."""
+"""What happens in a scenario: commands, goals, policies, scripts, pushes, faults and objects."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
+from kbot.learn.policy import ARRIVE, Policy
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import Fault
 from kbot.sim.numbers import Vector
@@ -20,6 +21,10 @@ class Stage(Protocol):
 
     def go(self, goal: PlanarPose, timeout: float | None) -> None:
         """Drive to a goal in the world's frame."""
+        ...
+
+    def go_with_policy(self, policy: Policy, goal: PlanarPose, arrive: float, timeout: float | None) -> None:
+        """Drive to a goal in the world's frame with a policy, which needs no map."""
         ...
 
     def run_script(self, script: str | Callable[[Simulation], object]) -> None:
@@ -77,6 +82,45 @@ class Goal:
 
     def __str__(self) -> str:
         return f"goal {self.x:.3g}, {self.y:.3g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A point on the ground.
+
+    x  position in m
+    y  position in m
+    """
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class DriveWithPolicy:
+    """Drive to a point in the world with a policy, by odometry and the robot's lidar.
+
+    file     ONNX file of the policy
+    goal     where the policy drives
+    arrive   distance in m from the goal that counts as reached
+    timeout  time limit in s; by default estimated from the distance
+    """
+
+    file: str
+    goal: Point
+    arrive: float = ARRIVE
+    timeout: float | None = None
+
+    def begin(self, stage: Stage) -> None:
+        policy, goal = Policy.read(self.file), PlanarPose(self.goal.x, self.goal.y)
+        stage.go_with_policy(policy, goal, self.arrive, self.timeout)
+
+    def __str__(self) -> str:
+        return f"policy to {self.goal.x:.3g}, {self.goal.y:.3g}"
+
+
+TO_GOALS = (Goal, DriveWithPolicy)
+"""The actions that drive to a goal."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from kbot.learn.policy import Policy
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -39,6 +40,13 @@ def find_regular_file(name: str, folder: Path) -> str:
     path = find_file(name, folder)
     if not Path(path).is_file():
         raise KbotError(f"{path} is not a file")
+    return path
+
+
+def find_policy(name: str, folder: Path) -> str:
+    """As `find_regular_file`, for a policy. Raises KbotError also if it cannot be used."""
+    path = find_regular_file(name, folder)
+    Policy.read(path)
     return path
 
 

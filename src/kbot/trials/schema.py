@@ -32,7 +32,7 @@ from kbot.trials.formats import (
     summary_of,
 )
 from kbot.trials.measures import FAMILIES, is_measure, measure_names, measures
-from kbot.trials.places import find_file, find_regular_file, find_robot, find_world
+from kbot.trials.places import find_file, find_policy, find_regular_file, find_robot, find_world
 from kbot.trials.quantities import QUANTITIES
 from kbot.trials.scenario import Program, Range, RobotSource, Scenario, Step
 
@@ -208,7 +208,8 @@ ACTIONS: Mapping[str, type] = {
     "move_object": actions.MoveObject,
     "remove_object": actions.RemoveObject,
 }
-"""Actions whose settings in YAML are the fields of their class. `script` and `fault` have their own."""
+"""Actions whose settings in YAML are the fields of their class. `policy`, `script` and `fault` are made in
+`action_formats`."""
 EXPECTATIONS: Mapping[str, type] = {
     "reaches": expectations.Reaches,
     "passes_through": expectations.PassesThrough,
@@ -259,6 +260,7 @@ def _bounds() -> Record:
 def action_formats() -> dict[str, Format]:
     """The formats of the actions by their names."""
     formats: dict[str, Format] = {name: record(kind) for name, kind in ACTIONS.items()}
+    formats["policy"] = record(actions.DriveWithPolicy, {"file": FileName(find_policy)})
     script = Entry(FileName(find_regular_file), summary_of(actions.RunScript))
     formats["script"] = Record(actions.RunScript, {"script": script}, script.description, "script")
     kinds = {name: record(kind) for name, kind in FAULTS.items()}

@@ -11,7 +11,7 @@ from kbot.navigation.footprint import outline
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.text.diagnostic import Related
-from kbot.trials.actions import Goal
+from kbot.trials.actions import DriveWithPolicy, Goal
 from kbot.trials.expectations import PassesThrough, Reaches
 from kbot.trials.results import MeasureResult
 from kbot.trials.scenario import Scenario
@@ -121,6 +121,8 @@ def _targets(scenario: Scenario) -> Iterator[Target]:
     for step in scenario.steps:
         if isinstance(step.action, Goal):
             yield Target("goal", step.action.x, step.action.y)
+        elif isinstance(step.action, DriveWithPolicy):
+            yield Target("goal", step.action.goal.x, step.action.goal.y, step.action.arrive)
     for expected in scenario.expect:
         if isinstance(expected, Reaches):
             yield Target("reach", expected.x, expected.y, expected.within)

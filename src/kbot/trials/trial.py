@@ -10,6 +10,8 @@ from dataclasses import replace
 
 from kbot.extensions import program_runner
 from kbot.kinematics.planar_pose import PlanarPose
+from kbot.learn.policy import Policy
+from kbot.learn.policy_driving import policy_goals
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, resolve_robot_path
 from kbot.navigation.goal_status import GoalState
@@ -24,9 +26,9 @@ from kbot.text import KbotError
 from kbot.text.errors import Stopped
 from kbot.text.suggest import suggest_or_list
 from kbot.trials.actions import (
+    TO_GOALS,
     AddObject,
     Command,
-    Goal,
     InjectFault,
     JointCommand,
     MoveObject,
@@ -156,7 +158,7 @@ def _peers(scenario: Scenario) -> Peers | None:
     return peers
 
 
-_BLIND = (Command, Goal, Push, InjectFault, AddObject, MoveObject, RemoveObject, JointCommand)
+_BLIND = (Command, *TO_GOALS, Push, InjectFault, AddObject, MoveObject, RemoveObject, JointCommand)
 """The actions that read no sensor, apart from the lidar of a goal."""
 
 
@@ -170,7 +172,7 @@ def _mount_sensors(simulation: Simulation, scenario: Scenario, *, is_watched: bo
     actions = [step.action for step in scenario.steps]
     if is_watched or scenario.programs or not all(isinstance(each, _BLIND) for each in actions):
         return
-    has_goal = any(isinstance(each, Goal) for each in actions)
+    has_goal = any(isinstance(each, TO_GOALS) for each in actions)
     for sensor in sensors.values():
         sensor.only_with_subscribers |= not (has_goal and isinstance(sensor, LidarSensor))
 
@@ -204,7 +206,9 @@ class _Stage:
         self._scenario = scenario
         self._waiting: list[Step] = list(scenario.steps)
         self._scripts: list[ScriptSource] = []
+        self._goals_on_map: Goals | None = None
         self._goals: Goals | None = None
+        """Those that drive the robot now."""
         self._goal_reports = 0
         self._failure: KbotError | None = None
         self._timer = simulation.clock.every(RATE, self._tick)
@@ -240,10 +244,22 @@ class _Stage:
         return (MeasureResult("steps_begun", float(begun), "", float(count), None, why),)
 
     def go(self, goal: PlanarPose, timeout: float | None) -> None:
-        if self._goals is None:
-            self._goals = Goals(self.simulation)
-            self._goals.watch(self._look_at_goal)
-        self._goals.go(goal, timeout)
+        if self._goals_on_map is None:
+            self._goals_on_map = Goals(self.simulation)
+        self._go(self._goals_on_map, goal, timeout)
+
+    def go_with_policy(self, policy: Policy, goal: PlanarPose, arrive: float, timeout: float | None) -> None:
+        self._go(policy_goals(self.simulation, policy, arrive), goal, timeout)
+
+    def _go(self, goals: Goals, goal: PlanarPose, timeout: float | None) -> None:
+        """Drive to a goal. It replaces the goal of others."""
+        if goals is not self._goals:
+            if self._goals is not None:
+                self._goals.give_way("another goal replaced it")
+                self._goals.unwatch(self._look_at_goal)
+            self._goals, self._goal_reports = goals, goals.count
+            goals.watch(self._look_at_goal)
+        goals.go(goal, timeout)
 
     def run_script(self, script: ScriptSource) -> None:
         self._scripts.append(script)

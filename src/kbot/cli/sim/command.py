@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NoReturn
@@ -25,17 +26,20 @@ from kbot.cli.arguments import (
     resolve_typed_names,
     speeds_of,
 )
-from kbot.cli.output import fail, report, report_for_page
+from kbot.cli.output import fail, print_note, report, report_for_page
 from kbot.cli.progress import loading
 from kbot.cli.run_outputs import PeerRequest, peer_options, record_options, run_outputs
 from kbot.cli.sim.default_world import HEADLESS_WORLD, page_world
 from kbot.cli.sim.goto import GotoRequest, run_goto
 from kbot.cli.sim.headless import run_headless
+from kbot.text import KbotError
 from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
+    from kbot.learn.policy import Policy
     from kbot.model.load import Loaded
+    from kbot.navigation import Goals
     from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
     from kbot.workbench.displays.display_file import DisplayFile
@@ -71,6 +75,7 @@ class _RunOptions:
     script: str | None
     goto: str | None
     no_map: bool
+    policy: str | None
     arrive: float | None
     max_speed: str | None
     plot: str | None
@@ -79,25 +84,65 @@ class _RunOptions:
 
     @property
     def goto_request(self) -> GotoRequest | None:
-        """The goal to drive to. Invalid values end the program."""
+        """The goal to drive to, and how. Invalid values end the program."""
+        if self.goal is None:
+            return None
+        goal, has_heading = self.goal
+        max_speed = None if self.max_speed is None else limits_of("--max-speed", self.max_speed)
+        return GotoRequest(
+            goal, has_heading, self.no_map, self.arrive, max_speed, self.duration, self.read_policy()
+        )
+
+    @property
+    def goal(self) -> tuple[PlanarPose, bool] | None:
+        """The goal, and whether its yaw counts. Invalid values end the program."""
         if self.goto is None:
             return None
         goal, has_heading = goal_of("--goto", self.goto)
-        max_speed = None if self.max_speed is None else limits_of("--max-speed", self.max_speed)
-        return GotoRequest(goal, has_heading, self.no_map, self.arrive, max_speed, self.duration)
+        if self.policy is not None and has_heading:
+            fail("--policy does not turn the robot at the goal. Remove YAW from --goto")
+        return goal, has_heading
+
+    def read_policy(self) -> Policy | None:
+        """The policy that drives the robot. A file that is not a policy ends the program."""
+        if self.policy is None:
+            return None
+        with loading(self.policy):
+            from kbot.learn.policy import Policy  # imported lazily, so that -h stays fast
+
+            return Policy.read(self.policy)
 
     def refuse_without_headless(self) -> None:
+        in_page = ("goto",) if self.policy is not None else ()
         for name in ("duration", "cmd_vel", "goto", "plot", "shot"):
-            if getattr(self, name) is not None:
+            if getattr(self, name) is not None and name not in in_page:
                 fail(f"--{name.replace('_', '-')} needs --headless")
         if self.as_json:
             fail("--json needs --headless")
+        if self.policy is not None and self.script is not None:
+            fail("--policy drives the robot. Remove --script")
+        self._require_arrive()
         self._refuse_without_goto()
 
+    def _require_arrive(self) -> None:
+        if self.arrive is not None and not (math.isfinite(self.arrive) and self.arrive > 0.0):
+            fail(f"--arrive takes a finite number of metres above 0, not {self.arrive}")
+
+    def _refuse_with_policy(self) -> None:
+        if self.policy is None:
+            return
+        if self.no_map:
+            fail("--policy drives without a map. Remove --no-map")
+        if self.max_speed is not None:
+            fail("--policy has its own highest speeds. Remove --max-speed")
+
     def _refuse_without_goto(self) -> None:
+        self._refuse_with_policy()
         if self.goto is not None:
             return
         for name in ("no_map", "arrive", "max_speed"):
+            if name == "arrive" and self.policy is not None:
+                continue  # for the goals that are set in the page
             if getattr(self, name) not in (None, False):
                 fail(f"--{name.replace('_', '-')} needs --goto")
 
@@ -115,8 +160,9 @@ class _RunOptions:
             fail(f"--plot and --shot both write {self.plot}. Choose two different files")
         if self.goto is not None and self.plot is not None:
             fail("--plot does not work with --goto, only with --script and --cmd-vel")
-        if self.arrive is not None and not (math.isfinite(self.arrive) and self.arrive > 0.0):
-            fail(f"--arrive takes a finite number of metres above 0, not {self.arrive}")
+        self._require_arrive()
+        if self.policy is not None and self.goto is None:
+            fail("--policy with --headless needs --goto")
         self._refuse_without_goto()
 
 
@@ -131,6 +177,7 @@ class _RunOptions:
         "kbot sim kbot --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
         "kbot sim kbot lidar:=true --headless --goto 1.8,1.8 --no-map",
+        ("kbot sim kbot lidar:=true --policy policy.onnx --goto 1.8,1.8", "watch a policy drive"),
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --script drive.py --json",
     ),
 )
@@ -175,10 +222,16 @@ class _RunOptions:
     "true pose.",
 )
 @click.option(
+    "--policy",
+    metavar="ONNX",
+    help="Policy that drives the robot to goals: a network in an ONNX file. It gets no map and not the true "
+    "pose.",
+)
+@click.option(
     "--arrive",
     type=float,
     metavar="M",
-    show_default="0.01",
+    show_default="0.01; with --policy 0.2",
     help="Distance from the goal in m that counts as reached.",
 )
 @click.option(
@@ -251,7 +304,8 @@ def command(
     the same inputs give the same result, bit for bit. A headless run with a bridge runs in real time,
     until Ctrl-C if there is no --duration.
 
-    The options --duration, --cmd-vel, --goto, --plot, --shot and --json need --headless.
+    The options --duration, --cmd-vel, --goto, --plot, --shot and --json need --headless. With --policy, the
+    page also accepts --goto, and the policy drives to each goal that you set in the page.
 
     What a script prints goes to stdout, and with --json to stderr.
 
@@ -264,7 +318,7 @@ def command(
         run.require_consistent()
         return _run_headless(file, values, setup, run, record, peers, package_path)
     run.refuse_without_headless()
-    _serve(file, values, setup, run.script, record, peers, package_path, displays, page)
+    _serve(file, values, setup, run, record, peers, package_path, displays, page)
     return 0
 
 
@@ -272,7 +326,7 @@ def _serve(
     file: str,
     values: dict[str, str],
     setup: _Setup,
-    script: str | None,
+    run: _RunOptions,
     record: RecordOptions,
     peers: PeerRequest | None,
     package_path: tuple[str, ...],
@@ -280,7 +334,9 @@ def _serve(
     page: PageOptions,
 ) -> None:
     """Simulate in the page until Ctrl-C."""
-    start = setup.start
+    start, script = setup.start, run.script
+    policy = run.read_policy()
+    goal = None if run.goal is None else run.goal[0]
     with loading(file):
         # imported lazily, so that -h stays fast
         from kbot.checks.first_look import CONTROL, MESHES, first_look
@@ -304,6 +360,7 @@ def _serve(
         program = Script(script)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
         with loading(world):
+            from kbot.workbench.driving.driving import goals_on_map
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.driven_session import driven_session
             from kbot.workbench.source.description_file import DescriptionFile
@@ -315,6 +372,8 @@ def _serve(
             def join(simulation: Simulation) -> None:
                 outputs.join(simulation, "", world)
                 report(d for d in simulation.diagnostics if d.code == "W111")
+                if policy is not None:
+                    _note_if_unfit(policy, simulation)
 
             session = driven_session(
                 description,
@@ -324,6 +383,8 @@ def _serve(
                 setup.contacts,
                 join,
                 start,
+                make_goals=goals_on_map if policy is None else _goals_with(policy, run.arrive),
+                goal=goal,
             )
         session.display_file = displays or session.display_file
         if script is None:
@@ -333,6 +394,23 @@ def _serve(
 
         session.paused = session.waits_for_page = page.browser
         serve_script(session, program, address, outputs.interrupt)
+
+
+def _goals_with(policy: Policy, arrive: float | None) -> Callable[[Simulation], Goals]:
+    from kbot.learn.policy import ARRIVE
+    from kbot.learn.policy_driving import policy_goals
+
+    return lambda simulation: policy_goals(simulation, policy, ARRIVE if arrive is None else arrive)
+
+
+def _note_if_unfit(policy: Policy, simulation: Simulation) -> None:
+    """Print why the policy cannot drive this robot. The page refuses goals until an edited robot fits."""
+    from kbot.learn.policy_driving import fitted
+
+    try:
+        fitted(policy, simulation)
+    except KbotError as error:
+        print_note(f"the policy does not fit the robot: {error}")
 
 
 def _run_headless(

@@ -1,4 +1,4 @@
-"""`kbot sim --goto`: drive to a goal, with or without a map, then print a report."""
+"""`kbot sim --goto`: drive to a goal, with a map, without one or with a policy, then print a report."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from kbot.cli.sim.headless import ProgressLine
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
+    from kbot.learn.policy import Policy
     from kbot.navigation import Trip
     from kbot.sim import Simulation
 
@@ -27,6 +28,7 @@ class GotoRequest:
     arrive       radius in m within which the goal is reached, None for the default
     max_speed    m/s and rad/s, None for the default
     timeout      s, None for an estimate from the way
+    policy       drives the robot, without a map; None for KBot's own controllers
     """
 
     goal: PlanarPose
@@ -35,6 +37,11 @@ class GotoRequest:
     arrive: float | None
     max_speed: tuple[float, float] | None
     timeout: float | None
+    policy: Policy | None = None
+
+    @property
+    def has_map(self) -> bool:
+        return not self.no_map and self.policy is None
 
 
 def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int:
@@ -45,13 +52,16 @@ def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int
     # a goal needs none of them: what is wrong with one is reported, as in the page
     report(mount_declared(simulation, strict=False)[1])
     with ProgressLine(simulation, None) as progress:
-        trip = _without_map(simulation, request) if request.no_map else _with_map(simulation, request)
+        if request.policy is not None:
+            trip = _with_policy(simulation, request, request.policy)
+        else:
+            trip = _without_map(simulation, request) if request.no_map else _with_map(simulation, request)
     run = make_report(simulation, trip.distance, progress.wall)
     report(run.findings)
     if as_json:
         print_json({**run.to_json(), "navigation": _navigation(trip, request.has_heading)})
     else:
-        planned = "straight" if request.no_map else "planned"
+        planned = "planned" if request.has_map else "straight"
         lengths = f", {trip.distance:.2f} m driven, {trip.shortest:.2f} m {planned}"
         click.echo(
             f"goal        {trip.status}" + (f" in {trip.time:.2f} s{lengths}" if trip.shortest else "")
@@ -99,6 +109,14 @@ def _without_map(simulation: Simulation, request: GotoRequest) -> Trip:
         max_speed=request.max_speed,
         timeout=request.timeout,
     )
+
+
+def _with_policy(simulation: Simulation, request: GotoRequest, policy: Policy) -> Trip:
+    from kbot.learn.policy import ARRIVE
+    from kbot.learn.policy_driving import go_to_with_policy
+
+    arrive = ARRIVE if request.arrive is None else request.arrive
+    return go_to_with_policy(simulation, policy, request.goal, arrive=arrive, timeout=request.timeout)
 
 
 def _navigation(trip: Trip, has_heading: bool) -> dict[str, object]:

@@ -59,6 +59,11 @@ OnStart: TypeAlias = Callable[[Simulation], None]
 """Called with each simulation before it first moves, including those that replace the first one."""
 
 
+def goals_on_map(simulation: Simulation) -> Goals:
+    """Goals to which the robot drives on a map that is made while the page goes on."""
+    return Goals(simulation, in_background=True)
+
+
 @dataclass(frozen=True, slots=True)
 class RunSetup:
     """What stays the same when the robot changes."""
@@ -73,6 +78,9 @@ class RunSetup:
     on_start: OnStart
     start: PlanarPose | None
     naming: Naming
+    make_goals: Callable[[Simulation], Goals] = goals_on_map
+    goal: PlanarPose | None = None
+    """The first goal of each run, in the world's frame."""
 
 
 class Driving:
@@ -99,12 +107,14 @@ class Driving:
         self._frames = ForeignFrames(self._sim.bus)
         mount_declared(self._sim, strict=False)  # the findings report errors in the declarations
         ContactForces(self._sim)
-        self._goals = Goals(self._sim, in_background=True)
-        NavigationTopics(self._sim, self._goals)
+        self._goals = setup.make_goals(self._sim)
+        navigation = NavigationTopics(self._sim, self._goals)
         self._actions = WorldActions(self._sim)
         self._out_of_world = OutOfWorld(self._sim)
         self._sim.bus.advertise("clicked_point", PointStamped)  # pages publish on it
         setup.on_start(self._sim)
+        if setup.goal is not None and simulation is None:
+            navigation.go(setup.goal)
         self._shown = self._moment()
 
     @property
@@ -310,7 +320,9 @@ class Driving:
         if world != self._setup.first_world_name:
             parameters(world)  # raises for a file: a page may not open any other world file
         place = load_world(world)
-        setup = dataclasses.replace(self._setup, world=place, world_name=world, seed=seed, start=None)
+        setup = dataclasses.replace(
+            self._setup, world=place, world_name=world, seed=seed, start=None, goal=None
+        )
         other = Driving(self._sim.robot, setup)
         other.paused = self.paused
         return other, setup.world

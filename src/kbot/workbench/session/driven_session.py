@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 from kbot.kinematics.drive.drive import NoDrive, find_drive
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
+from kbot.navigation import Goals
+from kbot.sim import Simulation
 from kbot.sim.naming import ROOT_NAMING, Naming
-from kbot.workbench.driving.driving import Driving, OnStart, RunSetup
+from kbot.workbench.driving.driving import Driving, OnStart, RunSetup, goals_on_map
 from kbot.workbench.driving.world_actions import SPAWNABLE
 from kbot.workbench.protocol import WorldChoice, WorldParameter
 from kbot.workbench.session.offers import Offers
@@ -27,13 +30,15 @@ def driven_session(
     on_start: OnStart = lambda simulation: None,
     start: PlanarPose | None = None,
     naming: Naming = ROOT_NAMING,
+    make_goals: Callable[[Simulation], Goals] = goals_on_map,
+    goal: PlanarPose | None = None,
 ) -> Session:
     """Return a session whose robot is simulated in the world that `world_name` names.
 
     `start` is that of `Simulation`, and `naming` sets the namespace of its topics. The simulation starts
-    once the description is usable.
+    once the description is usable. `make_goals` makes what drives to goals, and `goal` is the first one.
     """
-    setup = RunSetup(world, world_name, world_name, seed, contacts, on_start, start, naming)
+    setup = RunSetup(world, world_name, world_name, seed, contacts, on_start, start, naming, make_goals, goal)
     return Session(
         reader,
         "sim",

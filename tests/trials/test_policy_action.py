@@ -1,0 +1,98 @@
+"""The action `policy` of scenarios: a policy drives to a goal."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from kbot.text import Diagnostic
+from kbot.trials import Bound, DriveWithPolicy, Goal, Point, RobotSource, Scenario, Step, run_trial
+from kbot.trials.scenario_file import yaml_scenarios
+
+ROBOT = RobotSource("kbot", {"lidar": "true"})
+
+
+def scenario(*steps: Step, robot: RobotSource = ROBOT, goals: float = 1.0, world: str = "rooms") -> Scenario:
+    return Scenario("policy", 8.0, steps, [Bound("goals_reached", goals, goals)], robot, world)
+
+
+def test_a_policy_reaches_its_goal(straight_policy: Path) -> None:
+    step = Step(DriveWithPolicy(str(straight_policy), Point(0.6, -0.5)))
+    first, second = (run_trial(scenario(step), with_trace=True) for _ in range(2))
+    assert first.passed, first.reason
+    assert first.state_sha256 == second.state_sha256
+    assert [event.text for event in first.trace.events] == ["policy to 0.6, -0.5", "goal reached"]
+
+
+def test_the_time_limit_and_the_arrival_radius_count(straight_policy: Path) -> None:
+    file = str(straight_policy)
+    late = run_trial(scenario(Step(DriveWithPolicy(file, Point(2.0, 0.0), timeout=1.0))), with_trace=True)
+    assert not late.passed
+    assert late.trace.events[-1].text.startswith("goal stuck: out of time")
+    assert run_trial(scenario(Step(DriveWithPolicy(file, Point(2.0, 0.0), arrive=1.5)))).passed
+
+
+def test_policies_and_goals_replace_each_other(straight_policy: Path) -> None:
+    """Two of four goals are replaced before they are reached."""
+    file = str(straight_policy)
+    steps = [
+        Step(DriveWithPolicy(file, Point(0.9, 0.0))),
+        Step(Goal(0.3, 0.0), at=0.5),
+        Step(DriveWithPolicy(file, Point(0.5, 0.6)), at=4.0),
+        Step(DriveWithPolicy(file, Point(0.6, 0.2)), at=4.5),
+    ]
+    result = run_trial(scenario(*steps, goals=2.0), with_trace=True)
+    assert result.passed, result.reason
+    goals = [event.text for event in result.trace.events if event.text.startswith("goal ")]
+    replaced = "goal cancelled: another goal replaced it"
+    assert goals == ["goal 0.3, 0", replaced, "goal reached", replaced, "goal reached"]
+
+
+def test_a_robot_without_the_policys_lidar_is_an_error(straight_policy: Path) -> None:
+    step = Step(DriveWithPolicy(str(straight_policy), Point(1.0, 0.0)))
+    result = run_trial(scenario(step, robot=RobotSource("kbot")))
+    assert "step 1, policy to 1, 0: the policy sees obstacles with a lidar" in result.error
+
+
+YAML = """robot: {{file: kbot, arguments: {{lidar: true}}}}
+world: rooms
+duration: 8
+steps:
+  - policy: {{file: {file}, goal: {goal}}}
+expect:
+  - goals_reached: {{min: 1}}
+"""
+
+
+def read(
+    tmp_path: Path, file: str, goal: str = "{x: 0.6, y: -0.5}"
+) -> tuple[list[Scenario], list[str], list[Diagnostic]]:
+    path = tmp_path / "drive.yaml"
+    path.write_text(YAML.format(file=file, goal=goal))
+    return yaml_scenarios(str(path))
+
+
+def test_a_scenario_names_a_file_beside_it(straight_policy: Path, tmp_path: Path) -> None:
+    shutil.copy(straight_policy, tmp_path / "p.onnx")
+    ((found,), _, _) = read(tmp_path, "p.onnx")
+    assert found.steps[0].action == DriveWithPolicy(str(tmp_path / "p.onnx"), Point(0.6, -0.5))
+    assert run_trial(found).passed
+
+
+@pytest.mark.parametrize(
+    ("file", "goal", "message"),
+    [
+        ("none.onnx", "{x: 1, y: 0}", "there is no file"),
+        ("drive.yaml", "{x: 1, y: 0}", "is not an ONNX file"),
+        ("p.onnx", "{x: 1}", "'y' is missing: position in m"),
+        ("p.onnx", "[1, 0]", "'goal' must be a mapping with x, y"),
+        ("p.onnx", "{x: 1, y: .nan}", "'y' must be a finite number"),
+    ],
+)
+def test_an_unusable_policy_is_an_error_at_its_place(
+    straight_policy: Path, tmp_path: Path, file: str, goal: str, message: str
+) -> None:
+    shutil.copy(straight_policy, tmp_path / "p.onnx")
+    _, _, (found,) = read(tmp_path, file, goal)
+    assert message in found.message
+    assert found.origin.span.line == 5
