@@ -18,6 +18,7 @@ VERBS = {
     "expand": ("expand", "FILE"),
     "where": ("where", "FILE", "base_link"),
     "info": ("info", "FILE"),
+    "identify": ("identify", "log.csv", "FILE"),
     "export": ("export", "FILE", "--to", "glb", "-o", "-"),
     "check": ("check", "FILE"),
     "view": ("view", "FILE", "--no-browser"),

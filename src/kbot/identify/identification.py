@@ -1,0 +1,131 @@
+"""Identifies a robot's parameters from a log: the kinematic part, and what the log cannot show."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.identify.kinematic import KinematicFit, fit
+from kbot.identify.log import Array, DriveLog, motions_of
+from kbot.identify.nominal import Nominal
+from kbot.identify.odometry_model import CURVATURE, LEFT, RIGHT, YAW, residuals
+from kbot.identify.result import KINEMATIC, Estimate, Identification, Residual
+from kbot.text import KbotError
+
+_WIDEST = 0.5
+"""Half the width of the widest interval of a parameter that the log shows: relative to the wheel's radius, to
+the wheel separation (also for the sensor's position), or in rad."""
+_SEPARATIONS = (1.0 / 3.0, 1.0, 3.0)
+"""If a log does not show the wheel separation, the radii of the wheels must hold for these multiples of the
+description's separation. Two unequal wheels drive a curve whose radius depends on the separation."""
+
+UNITS = dict(zip(KINEMATIC, ("m", "m", "m", "m", "m", "rad"), strict=True))
+_NEEDED = {
+    "left_wheel_radius": "needs drives along a line and turns, with a reference of translation and rotation",
+    "right_wheel_radius": "needs drives along a line and turns, with a reference of translation and rotation",
+    "wheel_separation": "needs turns, and drives along a line",
+    "sensor_x": "needs turns",
+    "sensor_y": "needs turns",
+    "sensor_yaw": "needs drives along a line, with a reference of translation",
+}
+
+
+def identify(log: DriveLog, nominal: Nominal) -> Identification:
+    """Estimate the parameters of a robot.
+
+    Raises:
+        KbotError: the log shows no motion, has no reference, or contradicts the sides of the wheels.
+    """
+    motions = motions_of(log)
+    found = fit(motions, nominal.start)
+    _require_directions(log, found)
+    low, high = _bounds(found.parameters, found.half_widths)
+    value = _natural(found.parameters)
+    if not _is_observable(low, high, nominal)[CURVATURE]:
+        separation = nominal.drive.separation
+        fits = [
+            fit(motions, _with_separation(nominal.start, separation * k), held=CURVATURE)
+            for k in _SEPARATIONS
+        ]
+        found = fits[1]
+        bounds = np.array([_bounds(each.parameters, each.half_widths) for each in fits])
+        low, high, value = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0), _natural(found.parameters)
+        low[CURVATURE], high[CURVATURE] = -np.inf, np.inf
+    is_observable = _is_observable(low, high, nominal)
+    estimates, unobservable = {}, {}
+    for index, name in enumerate(KINEMATIC):
+        if is_observable[index]:
+            numbers = (float(value[index]), float(low[index]), float(high[index]))
+            estimates[name] = Estimate(*numbers, UNITS[name], nominal.values[name])
+        else:
+            unobservable[name] = _NEEDED[name]
+    kept = motions.only(~found.is_outlier)
+    translation, rotation = _root_mean_square(found.errors[~found.is_outlier])
+    before = _root_mean_square(residuals(nominal.start, kept))
+    if nominal.axle_from_sensor is None:
+        before = (None, before[1])  # the errors of an unknown sensor mean nothing
+    residual = Residual(len(kept), int(found.is_outlier.sum()), translation, rotation, *before)
+    return Identification(estimates, unobservable, residual)
+
+
+def _with_separation(start: Array, separation: float) -> Array:
+    changed = start.copy()
+    changed[CURVATURE] = 1.0 / separation
+    return changed
+
+
+def _natural(parameters: Array) -> Array:
+    """The parameters with the separation instead of its inverse, and the yaw from -pi to pi."""
+    natural = parameters.copy()
+    natural[CURVATURE] = 1.0 / natural[CURVATURE]
+    natural[YAW] = np.arctan2(np.sin(natural[YAW]), np.cos(natural[YAW]))
+    return natural
+
+
+def _bounds(parameters: Array, half_widths: Array) -> tuple[Array, Array]:
+    """The ends of the intervals of `_natural`. They are infinite if the curvature may be 0 or negative."""
+    natural = _natural(parameters)
+    low, high = natural - half_widths, natural + half_widths
+    curvature, half = parameters[CURVATURE], half_widths[CURVATURE]
+    low[CURVATURE] = 1.0 / (curvature + half) if curvature + half > 0.0 else -np.inf
+    high[CURVATURE] = 1.0 / (curvature - half) if curvature - half > 0.0 else np.inf
+    unknown = ~np.isfinite(natural)
+    low[unknown], high[unknown] = -np.inf, np.inf
+    return low, high
+
+
+def _is_observable(low: Array, high: Array, nominal: Nominal) -> NDArray[np.bool_]:
+    observable = np.isfinite(low) & np.isfinite(high)
+    low, high = np.where(observable, low, 0.0), np.where(observable, high, 0.0)
+    # a robot may be several times as large as its description says
+    left, right, separation = np.maximum(
+        (nominal.left, nominal.right, nominal.drive.separation), np.abs(low + high)[: CURVATURE + 1] / 2.0
+    )
+    sizes = np.array([left, right, separation, separation, separation, 1.0])
+    observable &= (high - low) / 2.0 < _WIDEST * sizes
+    return observable
+
+
+def _require_directions(log: DriveLog, found: KinematicFit) -> None:
+    """Fail if the reference contradicts the signs or the sides of the wheel speeds."""
+    high = found.parameters + found.half_widths
+    for side, index in (("left", LEFT), ("right", RIGHT)):
+        if high[index] < 0.0:
+            raise KbotError(
+                f"{log.path}: a positive speed of the {side} wheel drives backwards, or that of the other "
+                "wheel does. Change the sign of its speeds: positive is forwards"
+            )
+    if high[CURVATURE] < 0.0:
+        raise KbotError(
+            f"{log.path}: the robot turns against its wheel speeds. The left and right wheels are "
+            "exchanged, or both speeds have the wrong sign"
+        )
+
+
+def _root_mean_square(errors: Array) -> tuple[float | None, float | None]:
+    translation = errors[:, :2][np.isfinite(errors[:, :2]).all(axis=1)]
+    rotation = errors[np.isfinite(errors[:, 2]), 2]
+    return (
+        float(np.sqrt((translation**2).sum(axis=1).mean())) if len(translation) else None,
+        float(np.sqrt((rotation**2).mean())) if len(rotation) else None,
+    )

@@ -1,0 +1,96 @@
+"""The values that a robot's description gives for the parameters that a log shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kbot.identify.log import Array
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive, find_drive
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.model.load import Loaded, load_robot
+from kbot.sensors.declared import declared_sensors
+from kbot.sensors.lidar import Lidar
+from kbot.text import KbotError
+from kbot.text.suggest import suggest_or_list
+from kbot.xacro import Packages
+
+
+@dataclass(frozen=True, slots=True)
+class Nominal:
+    """A differential robot as its description defines it.
+
+    loaded        the description
+    drive         its two sides
+    left, right   mean radius in m of the wheels of each side
+    sensor_link   the link whose displacement the reference measures, None if it is unknown
+    axle_from_sensor  its pose in the frame at the middle of the axle, None if it is unknown
+    """
+
+    loaded: Loaded
+    drive: DifferentialDrive
+    left: float
+    right: float
+    sensor_link: str | None
+    axle_from_sensor: PlanarPose | None
+
+    @property
+    def values(self) -> Mapping[str, float | None]:
+        """The nominal value of each kinematic parameter."""
+        sensor = self.axle_from_sensor
+        return {
+            "left_wheel_radius": self.left,
+            "right_wheel_radius": self.right,
+            "wheel_separation": self.drive.separation,
+            "sensor_x": None if sensor is None else sensor.x,
+            "sensor_y": None if sensor is None else sensor.y,
+            "sensor_yaw": None if sensor is None else math.remainder(sensor.yaw, math.tau),
+        }
+
+    @property
+    def start(self) -> Array:
+        """The parameters of the odometry model, with the sensor on the axle if its pose is unknown."""
+        sensor = self.axle_from_sensor or PlanarPose()
+        return np.array([self.left, self.right, 1.0 / self.drive.separation, sensor.x, sensor.y, sensor.yaw])
+
+
+def read_nominal(
+    file: str,
+    arguments: Mapping[str, str],
+    properties: Mapping[str, str],
+    packages: Sequence[str],
+    sensor: str | None,
+) -> Nominal:
+    """Read a robot. `sensor` is the link of the sensor, by default that of the only lidar.
+
+    Raises:
+        DescriptionError: the description has errors.
+        KbotError: it does not have two sides of wheels, or does not have the link.
+    """
+    loaded = load_robot(file, arguments, properties, Packages(packages))
+    robot = loaded.require()
+    tree = FrameTree(robot)
+    drive = find_drive(robot, tree)
+    if isinstance(drive, NoDrive | SteeredDrive | HolonomicDrive):
+        raise KbotError(
+            f"{file} is not a differential-drive robot: {drive.reason}. Identification estimates the radii "
+            "and the separation of left and right wheels"
+        )
+    if sensor is not None and sensor not in robot.links:
+        raise KbotError(f"{file} has no link '{sensor}': {suggest_or_list(sensor, robot.links)}")
+    if sensor is None:
+        lidars = {spec.link for spec in declared_sensors(robot).specs if isinstance(spec, Lidar)}
+        sensor = lidars.pop() if len(lidars) == 1 else None
+    left, right = (
+        float(np.mean([drive.wheels[name].radius for name in side])) for side in (drive.left, drive.right)
+    )
+    pose = None
+    if sensor is not None:
+        axle_from_sensor = drive.axle_in_base.inverse() @ tree.pose(sensor, in_frame=drive.base)
+        x, y, _ = axle_from_sensor.translation.tolist()
+        pose = PlanarPose(x, y, axle_from_sensor.yaw)
+    return Nominal(loaded, drive, left, right, sensor, pose)

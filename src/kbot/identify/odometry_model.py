@@ -1,0 +1,71 @@
+"""The displacement of a sensor that wheel speeds and the parameters of a robot predict.
+
+Source of the model: A. Censi, A. Franchi, L. Marchionni and G. Oriolo, Simultaneous Calibration of Odometry
+and Sensor Parameters for Mobile Robots, IEEE Transactions on Robotics 29(2), 2013.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.identify.log import Array, Motions, wrapped
+
+LEFT, RIGHT, CURVATURE, X, Y, YAW = range(6)
+"""The parameters: radii of the left and right wheel in m, the inverse of the wheel separation in 1/m, and the
+pose of the sensor in the frame at the middle of the axle in m, m and rad.
+
+The inverse of the separation is used because it is bounded: it is 0 if the turns of a log are only noise."""
+COUNT = 6
+_STEP = 1e-20
+"""Imaginary step of derivatives. The complex step has no rounding error, so that it may be this small."""
+
+Complex = NDArray[np.complex128]
+
+
+def predicted(parameters: Array | Complex, motions: Motions) -> Array | Complex:
+    """(M, 3) displacements of the sensor in m, m and rad. Wheel speeds are constant in an interval."""
+    left, right = (
+        motions.wheel_angles[:, 0] * parameters[LEFT],
+        motions.wheel_angles[:, 1] * parameters[RIGHT],
+    )
+    length, turn = (left + right) / 2.0, (right - left) * parameters[CURVATURE]
+    heading = np.cumsum(turn)
+    half = turn / 2.0
+    is_small = np.abs(half) < 1e-4
+    # sin(half)/half, from its series for small angles, where the quotient loses digits
+    sinc = np.where(is_small, 1.0 - half * half / 6.0, np.sin(half) / np.where(is_small, 1.0, half))
+    chord, direction = length * sinc, heading - half
+    x, y, yaw = (
+        np.concatenate([[0.0], sums])
+        for sums in (np.cumsum(chord * np.cos(direction)), np.cumsum(chord * np.sin(direction)), heading)
+    )
+    start, stop = motions.start, motions.stop
+    moved_x, moved_y = _turned(x[stop] - x[start], y[stop] - y[start], -yaw[start])
+    turned = yaw[stop] - yaw[start]
+    lever_x, lever_y = _turned(parameters[X], parameters[Y], turned)
+    ahead, aside = moved_x + lever_x - parameters[X], moved_y + lever_y - parameters[Y]
+    result: Array | Complex = np.column_stack([*_turned(ahead, aside, -parameters[YAW]), turned])
+    return result
+
+
+def _turned(x: Array, y: Array, angle: Array) -> tuple[Array, Array]:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return cos * x - sin * y, sin * x + cos * y
+
+
+def residuals(parameters: Array, motions: Motions) -> Array:
+    """(M, 3) measured minus predicted displacements; NaN where a component is absent."""
+    left = motions.displacements - np.real(predicted(parameters, motions))
+    left[:, 2] = wrapped(left[:, 2])
+    return left
+
+
+def derivatives(parameters: Array, motions: Motions) -> Array:
+    """(M, 3, 6) derivatives of the predicted displacements by the parameters."""
+    columns = []
+    for index in range(COUNT):
+        stepped = parameters.astype(complex)
+        stepped[index] += 1j * _STEP
+        columns.append(np.imag(predicted(stepped, motions)) / _STEP)
+    return np.stack(columns, axis=2)

@@ -1,0 +1,125 @@
+"""The result of an identification: estimates with intervals, and what the log cannot show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+KINEMATIC = (
+    "left_wheel_radius",
+    "right_wheel_radius",
+    "wheel_separation",
+    "sensor_x",
+    "sensor_y",
+    "sensor_yaw",
+)
+NAMES = KINEMATIC
+
+NO_RESULT: dict[str, Any] = {"schema": 1, "parameters": {}, "unobservable": [], "residual": {}}
+"""The JSON after an error."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """The value of a parameter, its 95 % interval, and the description's value, None if it has none."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    nominal: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "value": self.value,
+            "unit": self.unit,
+            "low": self.low,
+            "high": self.high,
+            "nominal": self.nominal,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """How well the estimate predicts the reference, without outliers, and how well the description did.
+
+    intervals, outliers    numbers of displacements of the reference that are used and left out
+    translation, rotation  root mean square of the errors, in m and rad; None if the reference has none
+    nominal_translation, nominal_rotation  the same with the description's values
+    """
+
+    intervals: int
+    outliers: int
+    translation: float | None
+    rotation: float | None
+    nominal_translation: float | None
+    nominal_rotation: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """The estimates by name, and the parameters that the log cannot show with what would show them."""
+
+    parameters: Mapping[str, Estimate]
+    unobservable: Mapping[str, str]
+    residual: Residual
+
+    def to_json(self) -> dict[str, Any]:
+        residual = self.residual
+        return {
+            "schema": 1,
+            "parameters": {name: estimate.to_json() for name, estimate in self.parameters.items()},
+            "unobservable": list(self.unobservable),
+            "residual": {
+                "intervals": residual.intervals,
+                "outliers": residual.outliers,
+                "translation": residual.translation,
+                "rotation": residual.rotation,
+                "nominal_translation": residual.nominal_translation,
+                "nominal_rotation": residual.nominal_rotation,
+            },
+        }
+
+    def to_text(self) -> str:
+        rows = [("parameter", "value", "95 % interval", "in the file", "")]
+        for name, estimate in self.parameters.items():
+            digits = _decimals(estimate.high - estimate.low)
+            nominal = "" if estimate.nominal is None else f"{estimate.nominal:.{digits}f}"
+            interval = f"{estimate.low:.{digits}f} to {estimate.high:.{digits}f}"
+            rows.append((name, f"{estimate.value:.{digits}f}", interval, nominal, estimate.unit))
+        lines = _columns(rows)
+        if self.unobservable:
+            lines.append("")
+            lines.append("The log does not show:")
+            width = max(map(len, self.unobservable))
+            lines += [f"  {name:<{width}}  {reason}" for name, reason in self.unobservable.items()]
+        residual = self.residual
+        lines += ["", f"{residual.intervals} intervals used, {residual.outliers} outliers left out"]
+        for what, after, before, unit in (
+            ("translation", residual.translation, residual.nominal_translation, "m"),
+            ("rotation", residual.rotation, residual.nominal_rotation, "rad"),
+        ):
+            if after is not None:
+                compared = "" if before is None else f" (with the file: {before:.3g} {unit})"
+                lines.append(f"error of {what} in an interval: {after:.3g} {unit}{compared}")
+        return "\n".join(lines)
+
+
+def _decimals(width: float) -> int:
+    """Decimal places that show two digits of an interval's width."""
+    for digits in range(1, 9):
+        if width * 10.0**digits >= 10.0:
+            return digits
+    return 9
+
+
+def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    widths = [max(len(row[index]) for row in rows) for index in range(len(rows[0]))]
+    return [
+        "  ".join(
+            cell.ljust(width) if index in (0, 4) else cell.rjust(width)
+            for index, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]

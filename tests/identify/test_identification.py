@@ -1,0 +1,198 @@
+"""Tests identification with synthetic logs of known robots: values, intervals, outliers, observability."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kbot.identify.csv_file import read_csv
+from kbot.identify.identification import identify
+from kbot.identify.intervals import half_widths
+from kbot.identify.nominal import read_nominal
+from kbot.identify.result import KINEMATIC
+from kbot.text import KbotError
+
+from .synthetic import DISPLACEMENTS, POSES, Truth, chained, rows, speeds, write
+
+NOMINAL = read_nominal("kbot", {}, {}, (), None)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(7)
+
+
+def identified(path: Path):
+    return identify(read_csv(str(path)), NOMINAL)
+
+
+def lengths(low, high):
+    return st.floats(low, high, allow_nan=False)
+
+
+@settings(max_examples=25)
+@given(
+    truth=st.builds(
+        Truth,
+        left_wheel_radius=lengths(0.02, 0.1),
+        right_wheel_radius=lengths(0.02, 0.1),
+        wheel_separation=lengths(0.1, 0.5),
+        sensor_x=lengths(-0.3, 0.3),
+        sensor_y=lengths(-0.2, 0.2),
+        sensor_yaw=lengths(-3.1, 3.1),
+    ),
+    seed=st.integers(0, 1000),
+)
+def test_a_log_without_noise_gives_the_robot_back(tmp_path_factory, truth, seed):
+    rng = np.random.default_rng(seed)
+    table = rows(truth, speeds(truth, 40, rng), rng)
+    found = identified(write(tmp_path_factory.mktemp("log") / "log.csv", DISPLACEMENTS, table))
+    assert list(found.parameters) == list(KINEMATIC)
+    for name, estimate in found.parameters.items():
+        # the log is integrated in 200 steps: their error is below 1e-5 of the displacement
+        assert estimate.value == pytest.approx(getattr(truth, name), abs=3e-5)
+        assert estimate.low <= estimate.value <= estimate.high
+
+
+def test_poses_give_the_same_as_displacements(tmp_path, rng):
+    truth = Truth()
+    table = rows(truth, speeds(truth, 60, rng), rng)
+    posed = table.copy()
+    posed[:, 0], posed[:, 3:] = np.cumsum(table[:, 0]), chained(table[:, 3:])
+    posed[10:20:2, 3:] = np.nan  # a localisation that is slower than the wheels
+    found = identified(write(tmp_path / "log.csv", POSES, posed))
+    for name, estimate in found.parameters.items():
+        assert estimate.value == pytest.approx(getattr(truth, name), abs=3e-5)
+
+
+def test_intervals_have_the_width_that_theory_gives(tmp_path, rng):
+    # Drives along a line without slip: each interval of length d shows the mean radius with an error of
+    # sigma / (speed times time), so n intervals with sigma / (speed times time times sqrt(n)).
+    truth, count, sigma = Truth(left_wheel_radius=0.035, right_wheel_radius=0.035), 400, 0.002
+    table = rows(truth, np.full((count, 2), 10.0), rng, noise=(sigma, 1e-4))
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    yaw = found.parameters["sensor_yaw"]
+    distance = 0.035 * 10.0 * 0.5
+    expected = 1.96 * sigma / (distance * np.sqrt(count))
+    assert (yaw.high - yaw.low) / 2.0 == pytest.approx(expected, rel=0.25)
+
+
+def test_outliers_are_left_out(tmp_path, rng):
+    truth = Truth()
+    table = rows(truth, speeds(truth, 400, rng), rng, slip=0.005, noise=(0.001, 0.002))
+    wrong = rng.choice(400, 40, replace=False)
+    table[wrong[:20], 3:] += rng.normal(0.0, 0.3, (20, 3))  # failed scan matching
+    table[wrong[20:], 1] *= rng.uniform(1.3, 3.0, 20)  # a wheel that spins
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    assert 35 <= found.residual.outliers <= 50  # 1 % of the others are left out too
+    for name, estimate in found.parameters.items():
+        width = estimate.high - estimate.low
+        assert abs(estimate.value - getattr(truth, name)) < width, name
+    assert found.parameters["left_wheel_radius"].high - found.parameters["left_wheel_radius"].low < 4e-4
+
+
+def test_intervals_contain_the_truth_in_95_of_100_robots(tmp_path):
+    hits = []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        truth = Truth(sensor_yaw=rng.uniform(-3, 3), wheel_separation=rng.uniform(0.15, 0.3))
+        table = rows(truth, speeds(truth, 120, rng), rng, slip=0.01, noise=(0.002, 0.003))
+        found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+        hits += [
+            estimate.low <= getattr(truth, name) <= estimate.high
+            for name, estimate in found.parameters.items()
+        ]
+    # 360 hits are correlated in sixes: three standard deviations of 60 independent ones
+    assert 0.95 - 3 * np.sqrt(0.95 * 0.05 / 60) < np.mean(hits) < 1.0
+
+
+def test_straight_drives_do_not_show_the_separation_and_the_sensor(tmp_path, rng):
+    truth = Truth()
+    table = rows(truth, speeds(truth, 200, rng, turns=False), rng, slip=0.01, noise=(0.001, 0.001))
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    assert list(found.unobservable) == ["wheel_separation", "sensor_x", "sensor_y"]
+    for name, estimate in found.parameters.items():
+        assert estimate.low <= getattr(truth, name) <= estimate.high
+
+
+def test_equal_wheel_speeds_of_unequal_wheels_show_only_the_yaw(tmp_path, rng):
+    # The robot drives one circle for ever: its curvature is the difference of the radii divided by the
+    # separation, and only this ratio can be seen. The sensor moves as one beside it would.
+    truth = Truth(left_wheel_radius=0.030, right_wheel_radius=0.036)
+    table = rows(truth, np.full((200, 2), 8.0), rng, noise=(0.0005, 0.0005))
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    assert {"left_wheel_radius", "right_wheel_radius", "wheel_separation"} <= set(found.unobservable)
+
+
+def test_turns_on_the_spot_show_no_sizes(tmp_path, rng):
+    truth = Truth(left_wheel_radius=0.035, right_wheel_radius=0.035)
+    table = rows(truth, speeds(truth, 200, rng, drives=False), rng, noise=(0.0005, 0.001))
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    assert set(found.unobservable) == set(KINEMATIC)
+
+
+def test_a_reference_of_rotation_shows_no_sizes(tmp_path, rng):
+    table = rows(Truth(), speeds(Truth(), 200, rng), rng, noise=(0.001, 0.001))
+    table[:, 3:5] = np.nan
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    assert set(found.unobservable) == set(KINEMATIC)
+    assert found.residual.translation is None
+
+
+def test_a_reference_of_translation_shows_everything(tmp_path, rng):
+    table = rows(Truth(), speeds(Truth(), 300, rng), rng, noise=(0.0005, 0.001))
+    table[:, 5] = np.nan
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    for name, estimate in found.parameters.items():
+        assert abs(estimate.value - getattr(Truth(), name)) < estimate.high - estimate.low
+    assert not found.unobservable
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (lambda speeds: speeds[:, ::-1], "the robot turns against its wheel speeds"),
+        (lambda speeds: speeds * (-1.0, 1.0), "a positive speed of the left wheel drives backwards"),
+        (lambda speeds: speeds * (1.0, -1.0), "wheel drives backwards"),
+    ],
+)
+def test_wheels_with_wrong_signs_or_sides_are_reported(tmp_path, rng, change, expected):
+    table = rows(Truth(), speeds(Truth(), 200, rng), rng, slip=0.01, noise=(0.001, 0.001))
+    table[:, 1:3] = change(table[:, 1:3])
+    with pytest.raises(KbotError, match=expected):
+        identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+
+
+def test_the_result_in_json(tmp_path, rng):
+    table = rows(Truth(), speeds(Truth(), 200, rng), rng, slip=0.01, noise=(0.001, 0.001))
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table)).to_json()
+    assert list(found) == ["schema", "parameters", "unobservable", "residual"]
+    assert found["schema"] == 1
+    radius = found["parameters"]["left_wheel_radius"]
+    assert list(radius) == ["value", "unit", "low", "high", "nominal"]
+    assert (radius["unit"], radius["nominal"]) == ("m", 0.035)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+def test_half_widths_hold_for_correlated_noise(correlation):
+    # the mean of an autoregressive process: intervals of white noise would be half as wide as needed
+    hits = 0
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        values = rng.normal(0.0, 1.0, 400)
+        for index in range(1, 400):
+            values[index] += correlation * values[index - 1]
+        mean = values.mean()
+        hits += abs(mean) <= half_widths(np.ones((400, 1)), values - mean, np.eye(1), 1)[0]
+    assert 0.95 - 3 * np.sqrt(0.95 * 0.05 / 300) < hits / 300 < 0.95 + 3 * np.sqrt(0.95 * 0.05 / 300)
+
+
+def test_the_start_does_not_depend_on_the_description(tmp_path, rng):
+    truth = Truth(0.09, 0.092, 0.5, -0.2, 0.1, -2.0)
+    table = rows(truth, speeds(truth, 200, rng), rng, slip=0.005, noise=(0.001, 0.001))
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    for name, value in dataclasses.asdict(truth).items():
+        assert found.parameters[name].value == pytest.approx(value, abs=0.01)
