@@ -10,10 +10,9 @@ from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.extensions import LivePage
-from kbot.learn.episodes import Episodes, Options, read_options
+from kbot.learn.episodes import make_episodes
 from kbot.learn.inputs import PolicyInterface, Vector
 from kbot.learn.picture import Picture
-from kbot.learn.tasks import TASKS
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
@@ -28,17 +27,6 @@ def spaces(interface: PolicyInterface) -> tuple[Space, Space]:
     seen: Any = Box(interface.low, interface.high, dtype=np.float32)  # a Box is typed by any number
     actions: Any = Box(-1.0, 1.0, (len(interface.actions),), dtype=np.float32)
     return seen, actions
-
-
-def episodes(task: str, options: dict[str, object]) -> Episodes:
-    """The episodes of a task, with the options of the environment and of the task.
-
-    Raises:
-        DescriptionError: the robot or the world cannot be used.
-        KbotError: an option is unknown or not valid.
-    """
-    kind = TASKS[task]
-    return Episodes(read_options(Options, options, (kind,)), read_options(kind, options, (Options,)))
 
 
 class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
@@ -58,7 +46,7 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
                 f"render_mode must be one of {', '.join(RENDER_MODES)} or None, not {render_mode!r}"
             )
         self.render_mode = render_mode
-        self._episodes = episodes(task, options)
+        self._episodes = make_episodes(task, options)
         self.interface = self._episodes.interface
         self.observation_space, self.action_space = spaces(self.interface)
         self.metadata = {**self.metadata, "render_fps": self.interface.rate}

@@ -20,22 +20,21 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.inputs import PolicyInterface, Vector
 from kbot.learn.randomisation import Deviations, Drawn, Randomisation
 from kbot.learn.robot_interface import REACH, policy_interface
-from kbot.learn.stage import SEED, Scene, Stage
+from kbot.learn.stage import MOST_KEPT, SEED, Library, Scene, Stage
 from kbot.learn.targets import Target
+from kbot.learn.tasks import TASKS
 from kbot.learn.tasks.task import ARRIVED, COLLIDED, COMMON_REWARDS, DIVERGED, FELL, TIME_LIMIT, Reward, Task
 from kbot.learn.values import require_range
 from kbot.model import RobotModel
 from kbot.navigation.controller import Observation
 from kbot.navigation.simulated import UPRIGHT, LidarPoints, PoseSource
 from kbot.robot import Value
-from kbot.sim import Simulation, SimulationDiverged, recipe
+from kbot.sim import Motion, Simulation, SimulationDiverged, recipe
 from kbot.sim.numbers import LONGEST, is_finite, positive
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 from kbot.world import World
 
-_MOST_STAGES = 16
-"""Stages that are kept. One takes a few MB, and 0.1 s to build."""
 _SETTLE = 0.1
 """s for which a robot settles on its wheels before an episode."""
 _MOST_SEEDS = 2**31
@@ -105,11 +104,24 @@ def read_options(kind: type[T], given: Mapping[str, object], others: tuple[type,
     return kind(**{name: value for name, value in given.items() if name in names})
 
 
+def make_episodes(task: str, options: dict[str, object], library: Library | None = None) -> Episodes:
+    """The episodes of a task, with the options of the environment and of the task. Environments with the same
+    options can share a `library`.
+
+    Raises:
+        DescriptionError: the robot or the world cannot be used.
+        KbotError: an option is unknown or not valid.
+    """
+    kind = TASKS[task]
+    return Episodes(read_options(Options, options, (kind,)), read_options(kind, options, (Options,)), library)
+
+
 class Episodes:
     """Episodes of one robot. `interface` describes the actions and what the policy sees."""
 
-    def __init__(self, options: Options, task: Task) -> None:
-        """Build the first stage, so that errors in the options are raised here.
+    def __init__(self, options: Options, task: Task, library: Library | None = None) -> None:
+        """Build the first stage, so that errors in the options are raised here. Environments with the same
+        options can share a `library`.
 
         Raises:
             DescriptionError: the robot or the world cannot be used.
@@ -117,7 +129,8 @@ class Episodes:
         """
         self.options, self.task = options, task
         self._randomisation = Randomisation.of(options.randomise)
-        self._weights = _weights(task, options.rewards)
+        self.weights = _weights(task, options.rewards)
+        """The weight of each term of the reward, by name."""
         self._seeds = _require_seeds(options.world_seeds)
         self.steps_per_action = _require_rate(options.rate, options.timestep)
         positive("time_limit in s", options.time_limit, LONGEST)
@@ -126,6 +139,7 @@ class Episodes:
         packages = (options.packages,) if isinstance(options.packages, str) else tuple(options.packages)
         values = tuple(dict(options.properties).items())
         self._scene = Scene(options.robot, options.world, values, packages)
+        self.library = library or Library(task.reach)
         self._stages: OrderedDict[tuple[object, ...], Stage] = OrderedDict()
         nominal = task.scene(self._scene, np.random.default_rng(0))
         self.stage = self._stage_of(_with_world_seed(nominal, self._seeds[0]))
@@ -168,7 +182,7 @@ class Episodes:
         self._last_action = self.interface.no_action
         self._map_from_odometry = start.pose @ simulation.odometry.pose.inverse()
         self._is_over = False
-        self._last_seen = self._observe()
+        self._last_seen = self._observe(simulation.ground_truth)
         place = np.array([start.pose.x, start.pose.y, start.pose.yaw])
         return self._last_seen, {"start": place, **start.facts}
 
@@ -188,15 +202,16 @@ class Episodes:
             has_diverged = False
         except SimulationDiverged:
             has_diverged = True
-        terms, outcome = self._judge(simulation, has_diverged)
+        truth = None if has_diverged else simulation.ground_truth
+        terms, outcome = ({"failure": 1.0}, DIVERGED) if truth is None else self._judge(truth.pose)
         terms["time"] = self.steps_per_action * self.options.timestep
         terms["change"] = float(np.abs(given - self._last_action).sum())
         self._last_action = given
-        if not has_diverged:
-            self._last_seen = self._observe()
+        if truth is not None:
+            self._last_seen = self._observe(truth)
         terminated = bool(outcome)
         truncated = not terminated and self.time >= self.options.time_limit - 1e-9
-        rewards = {name: weight * terms.get(name, 0.0) for name, weight in self._weights.items()}
+        rewards = {name: weight * terms.get(name, 0.0) for name, weight in self.weights.items()}
         info: dict[str, Any] = {"rewards": rewards}
         if terminated or truncated:
             self._is_over = True
@@ -222,11 +237,10 @@ class Episodes:
             simulation.cmd_vel(linear, angular, lateral)
         simulation.step(end - simulation.steps)
 
-    def _judge(self, simulation: Simulation, has_diverged: bool) -> tuple[dict[str, float], str]:
-        """The values of the terms of the step, and the outcome."""
-        if has_diverged:
-            return {"failure": 1.0}, DIVERGED
-        terms, outcome = self.task.judge(simulation.ground_truth.pose)
+    def _judge(self, pose: PlanarPose) -> tuple[dict[str, float], str]:
+        """The values of the terms of the step, which ended at a true pose, and the outcome."""
+        simulation = self.stage.simulation
+        terms, outcome = self.task.judge(pose)
         if _has_fallen(simulation):
             outcome = FELL
         elif simulation.collided:
@@ -235,13 +249,11 @@ class Episodes:
             terms["arrival" if outcome == ARRIVED else "failure"] = 1.0
         return terms, outcome
 
-    def _observe(self) -> Vector:
+    def _observe(self, truth: Motion) -> Vector:
         """What the policy sees now."""
         simulation = self.stage.simulation
-        if self.options.pose == "ground_truth":
-            motion = simulation.ground_truth
-            pose = motion.pose
-        else:
+        motion, pose = truth, truth.pose
+        if self.options.pose == "odometry":
             motion = simulation.odometry
             pose = self._map_from_odometry @ motion.pose
         points, seen_at = (None, -math.inf) if self._seen is None else self._seen()
@@ -271,9 +283,9 @@ class Episodes:
     def _stage_of(self, scene: Scene) -> Stage:
         stage = self._stages.get(scene.key)
         if stage is None:
-            stage = Stage(scene, self.task.reach, self.options.timestep)
+            stage = Stage(scene, self.library, self.options.timestep)
             self._stages[scene.key] = stage
-            if len(self._stages) > _MOST_STAGES:
+            if len(self._stages) > MOST_KEPT:
                 self._stages.popitem(last=False)
         else:
             self._stages.move_to_end(scene.key)

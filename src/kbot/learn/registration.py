@@ -16,5 +16,6 @@ def register() -> None:
             register_environment(
                 name,
                 entry_point="kbot.learn.environment:KbotEnv",
+                vector_entry_point="kbot.learn.vector_environment:KbotVectorEnv",
                 kwargs={"task": task},
             )

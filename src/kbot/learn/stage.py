@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Mapping
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +37,9 @@ _ROOM = 0.05
 """m between a robot that starts or has arrived, in any heading, and the nearest obstacle."""
 _LEVEL = 0.001
 """m by which the ground at a start may differ from that at the world's origin."""
+MOST_KEPT = 64
+"""Robots, maps and stages that are kept. A stage takes a few MB, and 0.05 s to build."""
+T = TypeVar("T")
 SEED = "{seed}"
 """In the name of a world, it is replaced by a number that is drawn for each episode."""
 
@@ -61,54 +66,21 @@ class Scene:
         return replace(self, values=tuple({**dict(self.values), **values}.items()))
 
 
-class Stage:
-    """A simulation of a scene. It is reset for each episode."""
+class Map:
+    """The places of a world where a robot can stand, and the ways between them."""
 
-    def __init__(self, scene: Scene, reach: float, timestep: float) -> None:
-        """`reach` in m is how far the map extends beyond the robot's start and the objects of the world.
-
-        Raises:
-            DescriptionError: the robot or the world cannot be used.
-            KbotError: a name or a value is not valid.
-        """
-        self.scene = scene
-        with warnings.catch_warnings():
-            # one episode after the other would repeat the warnings that kbot check prints
-            warnings.simplefilter("ignore")
-            robot = _robot(scene)
-        self.simulation = Simulation(robot, scene.world, timestep=timestep)
-        self._reach = reach
-
-    @cached_property
-    def lidar(self) -> LidarSensor | None:
-        """The robot's first level lidar, mounted. The robot's other sensors do not measure."""
-        found = level_lidar(self.simulation)
-        sensors, _ = mount_declared(self.simulation, strict=False)
-        for sensor in sensors.values():
-            if sensor is not found:
-                sensor.close()
-        return found
-
-    @cached_property
-    def grid(self) -> OccupancyGrid:
-        """The map of the world."""
-        first, start = self.simulation.robots.first, self.simulation.start
+    def __init__(self, simulation: Simulation, reach: float) -> None:
+        """`reach` in m is how far the map extends beyond the robot's start and the objects of the world."""
+        first, start = simulation.robots.first, simulation.start
         low, high = HEIGHTS
         heights = low, max(high, height(first.robot, first.base))
         around = [(start.x, start.y)]
-        return world_grid(
-            self.simulation.world, _CELL, heights, around, margin=self._reach, most_cells=_MOST_CELLS
-        )
-
-    @cached_property
-    def _weight(self) -> NDArray[np.float64]:
-        return np.where(inflate(self.grid.cells >= FREE_BELOW, self._radius), LETHAL, 1.0)
-
-    @cached_property
-    def _radius(self) -> float:
+        grid = world_grid(simulation.world, _CELL, heights, around, margin=reach, most_cells=_MOST_CELLS)
+        self.grid: OccupancyGrid = grid
+        self._world, self._start = simulation.world, start
+        self._radius = (turning_radius(first.robot, first.base) + _ROOM) / grid.resolution + 0.5
         """The distance in cells that the robot's middle keeps from obstacles."""
-        first = self.simulation.robots.first
-        return (turning_radius(first.robot, first.base) + _ROOM) / self.grid.resolution + 0.5
+        self._weight = np.where(inflate(grid.cells >= FREE_BELOW, self._radius), LETHAL, 1.0)
 
     @cached_property
     def free(self) -> NDArray[np.intp]:
@@ -117,17 +89,16 @@ class Stage:
         Raises:
             KbotError: there is none.
         """
-        start = self.simulation.start
+        start = self._start
         reached = self.ways_to(start.x, start.y).raw < BLOCKED
-        ground = ground_heights(self.simulation.world, self.grid)
+        ground = ground_heights(self._world, self.grid)
         if ground is not None:
             row, column = self.grid.cell(start.x, start.y)
             reached &= np.abs(ground - ground[row, column]) < _LEVEL
         cells = np.argwhere(reached & (self._weight < LETHAL))
         if not len(cells):
             raise KbotError(
-                f"world '{self.simulation.world.name}' has no place in which the robot can turn without a"
-                " collision"
+                f"world '{self._world.name}' has no place in which the robot can turn without a collision"
             )
         return cells
 
@@ -138,7 +109,8 @@ class Stage:
         while not sweeping.is_done:
             sweeping.sweep()
         found = sweeping.result()
-        return replace(found, values=self._extended(found.raw))
+        lengths = found.raw[: grid.rows]  # a row is added where their number is odd
+        return replace(found, raw=lengths, values=self._extended(lengths))
 
     def _extended(self, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
         """The lengths, with those of the nearest free cells near obstacles, where a robot may be too."""
@@ -163,7 +135,58 @@ class Stage:
         return self.grid.center(row, column)
 
 
-def _robot(scene: Scene) -> RobotModel:
+class Library:
+    """Loads robots, and makes maps, once for all environments that share it."""
+
+    def __init__(self, reach: float) -> None:
+        """`reach` is that of the maps."""
+        self._reach = reach
+        self._robots: OrderedDict[object, RobotModel] = OrderedDict()
+        self._maps: OrderedDict[object, Map] = OrderedDict()
+
+    def robot(self, scene: Scene) -> RobotModel:
+        """The robot of a scene. Raises DescriptionError or KbotError as `kbot.load` does."""
+        return _kept(self._robots, scene.values, lambda: _load(scene))
+
+    def map(self, scene: Scene, simulation: Simulation) -> Map:
+        """The map of a simulation of a scene."""
+        return _kept(self._maps, scene.key, lambda: Map(simulation, self._reach))
+
+
+class Stage:
+    """A simulation of a scene. It is reset for each episode."""
+
+    def __init__(self, scene: Scene, library: Library, timestep: float) -> None:
+        """Raises DescriptionError or KbotError: the robot or the world cannot be used."""
+        self.scene, self._library = scene, library
+        self.simulation = Simulation(library.robot(scene), scene.world, timestep=timestep)
+
+    @cached_property
+    def lidar(self) -> LidarSensor | None:
+        """The robot's first level lidar, mounted. The robot's other sensors do not measure."""
+        found = level_lidar(self.simulation)
+        sensors, _ = mount_declared(self.simulation, strict=False)
+        for sensor in sensors.values():
+            if sensor is not found:
+                sensor.close()
+        return found
+
+    @cached_property
+    def map(self) -> Map:
+        return self._library.map(self.scene, self.simulation)
+
+
+def _kept(kept: OrderedDict[object, T], key: object, make: Callable[[], T]) -> T:
+    """What was made for a key before, or else is made now. Threads may make the same thing twice."""
+    found = kept.get(key)
+    if found is None:
+        found = kept[key] = make()
+        while len(kept) > MOST_KEPT:
+            kept.popitem(last=False)
+    return found
+
+
+def _load(scene: Scene) -> RobotModel:
     if isinstance(scene.robot, RobotModel):
         if scene.values:
             names = ", ".join(name for name, _ in scene.values)
@@ -171,4 +194,6 @@ def _robot(scene: Scene) -> RobotModel:
                 f"the values of {names} cannot be set in a loaded robot: give the robot's file instead"
             )
         return scene.robot
-    return load(scene.robot, packages=list(scene.packages), arguments=dict(scene.values))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # kbot check prints them; each episode would repeat them
+        return load(scene.robot, packages=list(scene.packages), arguments=dict(scene.values))

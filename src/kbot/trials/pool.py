@@ -6,7 +6,6 @@ its process, is one failed result, and the other trials continue.
 
 from __future__ import annotations
 
-import os
 import queue
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -29,6 +28,7 @@ from kbot.trials.scenario_keys import with_keys
 from kbot.trials.trial import load_source, run_trial
 from kbot.trials.watchdog import watchdog
 from kbot.worker import LimitExceeded, Worker, WorkerLimits
+from kbot.worker.cores import available_cores
 
 A = TypeVar("A")
 T = TypeVar("T")
@@ -306,13 +306,6 @@ def _why(error: Exception | None, limit: float) -> str:
     if isinstance(error, LimitExceeded) and error.is_late:
         return f"the trial took longer than {limit:g} s and was stopped. --limit-time raises the limit"
     return sentence(error, "the trial")
-
-
-def available_cores() -> int:
-    """The cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def load_once(source: RobotSource) -> RobotModel:

@@ -51,11 +51,12 @@ class GoalTask(Task):
 
     def start(self, stage: Stage, random: np.random.Generator) -> Start:
         low, high = self.distance
+        places = stage.map
         for _ in range(_TRIES):
-            x, y = stage.random_place(random)
-            ways = stage.ways_to(x, y)
-            lengths = ways.raw[stage.free[:, 0], stage.free[:, 1]]
-            cells = stage.free[(lengths >= low) & (lengths <= high)]
+            x, y = places.random_place(random)
+            ways = places.ways_to(x, y)
+            lengths = ways.raw[places.free[:, 0], places.free[:, 1]]
+            cells = places.free[(lengths >= low) & (lengths <= high)]
             if len(cells):
                 break
         else:
@@ -63,7 +64,7 @@ class GoalTask(Task):
                 f"world '{stage.simulation.world.name}' has no two places {low:g} to {high:g} m apart: change"
                 " distance"
             )
-        at_x, at_y = stage.random_place(random, cells)
+        at_x, at_y = places.random_place(random, cells)
         pose = PlanarPose(at_x, at_y, float(random.uniform(-math.pi, math.pi)))
         return self.begin(pose, GoalTarget(x, y), ways)
 
@@ -84,8 +85,7 @@ class GoalTask(Task):
         straight = self._goal.distance(pose)
         if self._ways is None or straight <= 2.0 * self._ways.resolution:
             return straight
-        x, y = np.array([pose.x]), np.array([pose.y])
-        return max(straight, float(self._ways.at(x, y)[0]))
+        return max(straight, self._ways.at_point(pose.x, pose.y))
 
 
 _TRIES = 20

@@ -1,0 +1,105 @@
+"""A group of environments that one process steps, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kbot.learn.episodes import Episodes, make_episodes
+from kbot.learn.inputs import Vector
+from kbot.learn.picture import Picture
+
+Info = dict[str, Any]  # values of many types
+Flags = NDArray[np.bool_]
+NEXT_STEP, SAME_STEP, DISABLED = "NextStep", "SameStep", "Disabled"
+"""The values of Gymnasium's `AutoresetMode`."""
+
+
+class Batch(NamedTuple):
+    """The results of a step of several environments: arrays with one row each, and their infos."""
+
+    seen: Vector
+    rewards: NDArray[np.float64]
+    terminated: Flags
+    truncated: Flags
+    infos: list[Info]
+
+
+class Group:
+    """Environments with the same options. They share the robot and the map, and nothing else."""
+
+    def __init__(
+        self, task: str, options: dict[str, object], count: int, autoreset: str, most_steps: int | None
+    ) -> None:
+        """`autoreset` is a value of `AutoresetMode`. `most_steps` truncates an episode, if it is given.
+
+        Raises:
+            DescriptionError: the robot or the world cannot be used.
+            KbotError: an option is unknown or not valid.
+        """
+        first = make_episodes(task, options)
+        self.episodes: tuple[Episodes, ...] = (
+            first,
+            *(make_episodes(task, options, first.library) for _ in range(count - 1)),
+        )
+        self.interface = first.interface
+        self._autoreset, self._most_steps = autoreset, most_steps
+        self._randoms: list[np.random.Generator] = [random_numbers(None) for _ in range(count)]
+        self._steps = [0] * count
+        self._is_over = [False] * count
+        self._seen = np.zeros((count, len(first.interface.inputs)), dtype=np.float32)
+        self._pictures: dict[int, Picture] = {}
+
+    def reset(self, seeds: Sequence[int | None], chosen: Sequence[bool]) -> tuple[Vector, list[Info]]:
+        """Start an episode in the chosen environments. Those without a seed continue their random numbers."""
+        infos: list[Info] = [{} for _ in self.episodes]
+        for index, (seed, is_chosen) in enumerate(zip(seeds, chosen, strict=True)):
+            if is_chosen:
+                if seed is not None:
+                    self._randoms[index] = random_numbers(seed)
+                infos[index] = self._start(index)
+        return self._seen.copy(), infos
+
+    def step(self, actions: Vector) -> Batch:
+        """Drive every robot for one action (count, n). Raises KbotError: an action cannot be commanded."""
+        count = len(self.episodes)
+        rewards = np.zeros(count)
+        terminated, truncated = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+        infos: list[Info] = []
+        for index, episodes in enumerate(self.episodes):
+            if self._is_over[index] and self._autoreset == NEXT_STEP:
+                infos.append(self._start(index))
+                continue
+            step = episodes.step(actions[index])
+            self._steps[index] += 1
+            too_long = self._most_steps is not None and self._steps[index] >= self._most_steps
+            self._seen[index], rewards[index] = step.seen, step.reward
+            terminated[index] = step.terminated
+            truncated[index] = step.truncated or (too_long and not step.terminated)
+            is_over = self._is_over[index] = bool(step.terminated or truncated[index])
+            info = step.info
+            if is_over and self._autoreset == SAME_STEP:
+                info = {"final_obs": step.seen, "final_info": info, **self._start(index)}
+            infos.append(info)
+        return Batch(self._seen.copy(), rewards, terminated, truncated, infos)
+
+    def render(self) -> list[NDArray[np.uint8]]:
+        """A picture (height, width, 3) of each environment. Raises KbotError: OpenGL is not available."""
+        for index, episodes in enumerate(self.episodes):
+            simulation = episodes.stage.simulation
+            if index not in self._pictures or self._pictures[index].simulation is not simulation:
+                self._pictures[index] = Picture(simulation)
+        return [self._pictures[index].draw() for index in range(len(self.episodes))]
+
+    def _start(self, index: int) -> Info:
+        self._seen[index], info = self.episodes[index].reset(self._randoms[index])
+        self._steps[index], self._is_over[index] = 0, False
+        return info
+
+
+def random_numbers(seed: int | None) -> np.random.Generator:
+    """The random numbers that Gymnasium gives an environment with this seed."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))
