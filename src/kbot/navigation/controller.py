@@ -40,6 +40,7 @@ class Observation:
     obstacles      points (n, 2) in m in the base's frame that a lidar detected; None before a first scan
     obstacles_age  age of the scan in s
     fallen         a sentence on how a robot lies that fell over, empty for one on its wheels
+    fault          a sentence on why it is unsafe to drive on, as with frozen odometry; empty if it is safe
     """
 
     time: float
@@ -48,6 +49,7 @@ class Observation:
     obstacles: NDArray[np.float64] | None = None
     obstacles_age: float = math.inf
     fallen: str = ""
+    fault: str = ""
 
     def in_base(self, x: float, y: float) -> tuple[float, float]:
         """A point of the map in the base's frame, in m."""

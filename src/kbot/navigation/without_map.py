@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose
+from kbot.messages import Odometry
 from kbot.messages.bus import Subscription
 from kbot.messages.sensing import Imu, LaserScan
 from kbot.navigation.arrival_watch import ArrivalWatch
@@ -16,11 +17,14 @@ from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.controller import GENTLE, Observation
 from kbot.navigation.footprint import outline
 from kbot.navigation.goal_status import GoalReport, GoalState
+from kbot.navigation.local.attitude import Attitude
 from kbot.navigation.local.local_navigator import LocalNavigator, LocalSettings
 from kbot.navigation.local.motion_limits import motion_limits
+from kbot.navigation.local.motion_watch import MotionWatch
 from kbot.navigation.local.pose_estimate import PoseEstimate
 from kbot.navigation.local.rolling_grid import SensorPlace
-from kbot.navigation.simulated import Trip, describe_fall, level_lidars, require_turning
+from kbot.navigation.local.scan_matching import Match, ScanMatcher
+from kbot.navigation.simulated import Trip, level_lidars, require_turning
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.imu import ImuSensor
 from kbot.sensors.lidar import LidarSensor, scan_points
@@ -30,6 +34,8 @@ from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 
 DEFAULT_SETTINGS = LocalSettings()
+_ODOMETRY_SILENCE = 0.1
+"""s: the time of five messages."""
 
 
 class _Lidar:
@@ -42,15 +48,51 @@ class _Lidar:
         self.base_from_sensor: NDArray[np.float64] = (base_from_link @ spec.pose).matrix
         self.stamp = -math.inf
         self.points: NDArray[np.float64] | None = None
+        self.matcher = ScanMatcher()
+        self._received: LaserScan | None = None
+        # by topic, as the robot's computer receives it: a fault may silence it
+        self._subscription = sensor.simulation.bus.subscribe(sensor.topic, LaserScan, self._receive)
+
+    def close(self) -> None:
+        self._subscription.close()
+
+    def _receive(self, scan: LaserScan) -> None:
+        self._received = scan
 
     def new_scan(self) -> LaserScan | None:
         """The latest scan, if it was not returned before."""
-        scan = self.sensor.latest
+        scan = self._received
         if scan is None or scan.header.stamp.seconds <= self.stamp:
             return None
         self.stamp = scan.header.stamp.seconds
         self.points = scan_points(scan, self.base_from_sensor)
         return scan
+
+
+class _WheelOdometry:
+    """The wheel odometry of a simulation's first robot, as the robot's computer receives it: if a fault
+    silences its topic, the last one."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation, self._last = simulation, simulation.odometry
+        self._received_at = simulation.time
+        robot = simulation.robots.first
+        self._subscription: Subscription | None = None
+        if robot.settings is not None:
+            topic = robot.naming.topic(robot.settings.odometry_topic)
+            self._subscription = simulation.bus.subscribe(topic, Odometry, self._receive)
+
+    def __call__(self) -> Motion:
+        if self._subscription is None or self._simulation.time - self._received_at < _ODOMETRY_SILENCE:
+            self._last = self._simulation.odometry
+        return self._last
+
+    def close(self) -> None:
+        if self._subscription is not None:
+            self._subscription.close()
+
+    def _receive(self, message: Odometry) -> None:
+        self._received_at = self._simulation.time
 
 
 class LocalPilot:
@@ -69,20 +111,28 @@ class LocalPilot:
         """`odometry` replaces the robot's wheel odometry."""
         base = require_turning(simulation).base
         self._simulation, self._navigator = simulation, navigator
-        self._odometry = odometry or (lambda: simulation.odometry)
+        self._wheels = _WheelOdometry(simulation)
+        self._odometry = odometry or self._wheels
         self._lidars = [_Lidar(lidar, base) for lidar in lidars]
         self.estimate = PoseEstimate(simulation.ground_truth.pose, navigator.limits.drift)
+        self._watch = MotionWatch(navigator.settings.frozen, navigator.settings.lost)
+        self._commanded = 0.0
+        self._attitude: Attitude | None = None
         self._subscription: Subscription | None = None
         imu = _imu(simulation)
         if imu is not None:
             base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(imu.spec.link)
-            self._vertical: NDArray[np.float64] = (base_from_link @ imu.spec.pose).rotation[2]
+            base_from_imu: NDArray[np.float64] = (base_from_link @ imu.spec.pose).rotation
+            self._vertical, self._attitude = base_from_imu[2], Attitude(base_from_imu)
             self._subscription = simulation.bus.subscribe(imu.topic, Imu, self._turn)
         self._timer = simulation.clock.every(navigator.settings.rate, self.tick)
 
     def close(self) -> None:
         """Stop driving. The robot keeps its last command."""
         self._timer.cancel()
+        self._wheels.close()
+        for lidar in self._lidars:
+            lidar.close()
         if self._subscription is not None:
             self._subscription.close()
 
@@ -91,25 +141,41 @@ class LocalPilot:
         simulation, now = self._simulation, self._simulation.time
         motion = self._odometry()
         self.estimate.add_odometry(now, motion.pose, motion.twist)
-        scans = []
+        scans, fits = [], None
         for lidar in self._lidars:
             scan = lidar.new_scan()
             if scan is not None:
+                match = self._match(lidar)
+                fits = match.fits if match is not None else fits
                 base = self.estimate.at(lidar.stamp)
                 scans.append((scan, SensorPlace.on_base(base, lidar.base_from_sensor)))
         points = [lidar.points for lidar in self._lidars if lidar.points is not None]
         obstacles = np.concatenate(points) if len(points) == len(self._lidars) else None
         age = now - min(lidar.stamp for lidar in self._lidars)
-        observation = Observation(
-            now, self.estimate.pose, self.estimate.twist, obstacles, age, describe_fall(simulation)
-        )
+        fallen = self._attitude.describe_fall() if self._attitude is not None else ""
+        fault = self._watch.update(now, self._commanded, motion.pose, self.estimate.by_scans, fits)
+        observation = Observation(now, self.estimate.pose, self.estimate.twist, obstacles, age, fallen, fault)
         wanted = self._navigator.update(observation, scans)
+        self._commanded = wanted.linear.x
         simulation.cmd_vel(wanted.linear.x, wanted.angular.z)
+
+    def _match(self, lidar: _Lidar) -> Match | None:
+        """Correct the estimate by a new scan; None if nothing is near enough to match it."""
+        assert lidar.points is not None
+        predicted = self.estimate.by_scans_at(lidar.stamp)
+        match = lidar.matcher.match(lidar.points, predicted, self.estimate.has_gyro)
+        if match is not None and match.is_good:
+            self.estimate.add_match(lidar.stamp, match.pose)
+            lidar.matcher.renew(lidar.points, match)
+        return match
 
     def _turn(self, message: Imu) -> None:
         spin = message.angular_velocity
         rate = float(self._vertical @ (spin.x, spin.y, spin.z))
         self.estimate.add_rate(message.header.stamp.seconds, rate)
+        force = message.linear_acceleration
+        if self._attitude is not None:
+            self._attitude.add(message.header.stamp.seconds, (force.x, force.y, force.z))
 
 
 def _imu(simulation: Simulation) -> ImuSensor | None:

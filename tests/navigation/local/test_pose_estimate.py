@@ -86,3 +86,30 @@ def test_a_jump_of_yaw_over_full_turns_does_not_move_the_estimate():
     true = _drive(estimate, [(0.0, 2.0)] * 200, 1.0)
     assert _off(estimate, true) < 1e-9
     assert np.isclose(estimate.pose.yaw, true.yaw, atol=0.1)
+
+
+def test_a_silent_gyroscope_is_replaced_by_the_turns_of_the_wheels():
+    estimate, wheels = PoseEstimate(ORIGIN), PlanarPose()
+    for number in range(40):
+        if number < 10:
+            estimate.add_rate(number * STEP, 0.0)
+        wheels = wheels @ arc(0.0, 0.05)
+        estimate.add_odometry(number * STEP, wheels, PlanarTwist(0.0, 0.0, 1.0))
+    # 0.15 s after the last measurement, the wheels take over
+    assert estimate.pose.yaw == pytest.approx(0.05 * 27, abs=0.051)
+
+
+def test_scans_correct_the_pose_once_they_contradict_the_wheels():
+    estimate, wheels = PoseEstimate(ORIGIN), PlanarPose()
+    estimate.add_odometry(0.0, wheels, PlanarTwist())
+    for number in range(1, 41):
+        time = number * STEP
+        wheels = PlanarPose(0.055 * number)
+        estimate.add_odometry(time, wheels, PlanarTwist(1.1))
+        assert estimate.at(time) == estimate.pose
+        true = PlanarPose(0.05 * number)
+        estimate.add_match(time, true)
+        is_late = 0.005 * number > 0.03 + 0.03 * 0.055 * number
+        assert estimate.is_contradicted == is_late
+        assert estimate.pose.x == pytest.approx(true.x if is_late else wheels.x)
+        assert estimate.by_scans.x == pytest.approx(true.x)

@@ -37,10 +37,6 @@ _STOPS_WITHIN = 0.05
 """m. A robot stops this near to a point by its own estimate even if it is fast."""
 _STRAIGHT = 2.0
 """It does so if the way is at most this many times as long as the straight line."""
-_DRIVING = 0.05
-"""m/s. A command above this must move the wheels."""
-_MOVED = 1e-3
-"""m. Less than this is not a motion."""
 
 Scans = Sequence[tuple[LaserScan, SensorPlace]]
 
@@ -58,6 +54,7 @@ class LocalSettings:
     back_up   seconds that it backs up or turns
     silence   seconds without a scan after which the robot is stuck; it stops earlier
     frozen    seconds of a command to drive after which the odometry must have changed
+    lost      seconds after which scans that do not fit the surroundings end the goal
     slack     how many times the straight line's time at full speed a goal may take
     grace     seconds more than that
     """
@@ -71,6 +68,7 @@ class LocalSettings:
     back_up: float = 1.5
     silence: float = 2.0
     frozen: float = 0.6
+    lost: float = 0.3
     slack: float = 8.0
     grace: float = 60.0
 
@@ -92,8 +90,6 @@ class _Run:
     recovering_until: float = -math.inf
     recovery: tuple[float, float] = (0.0, 0.0)
     closed_since: float | None = None
-    drives_since: float | None = None
-    drives_from: tuple[float, float] = (0.0, 0.0)
 
 
 class LocalNavigator:
@@ -171,14 +167,13 @@ class LocalNavigator:
             return STILL
         if math.isnan(run.begun):
             self._begin(run, observation)
-        if observation.fallen:
-            return self._end(GoalState.STUCK, observation.fallen)
+        if observation.fallen or observation.fault:
+            return self._end(GoalState.STUCK, observation.fallen or observation.fault)
         pose = observation.pose
         self.grid.center_on(pose.x, pose.y)
         for scan, place in scans:
             self.grid.add(scan, place)
-        wanted = self._wanted(run, observation)
-        return wanted if self._run is None else self._watch_odometry(run, observation, wanted)
+        return self._wanted(run, observation)
 
     def _begin(self, run: _Run, observation: Observation) -> None:
         run.begun = observation.time
@@ -350,22 +345,6 @@ class LocalNavigator:
             return twist(*run.recovery)
         run.recovering_until = -math.inf
         return STILL
-
-    def _watch_odometry(self, run: _Run, observation: Observation, wanted: Twist) -> Twist:
-        """Give up if the odometry does not change although the robot is commanded to drive."""
-        pose = observation.pose
-        moved = math.hypot(pose.x - run.drives_from[0], pose.y - run.drives_from[1]) > _MOVED
-        if abs(wanted.linear.x) < _DRIVING or run.drives_since is None or moved:
-            run.drives_since = observation.time if abs(wanted.linear.x) >= _DRIVING else None
-            run.drives_from = pose.x, pose.y
-            return wanted
-        still = observation.time - run.drives_since
-        if still < self.settings.frozen:
-            return wanted
-        return self._end(
-            GoalState.STUCK,
-            f"the odometry reports no motion for {still:.1f} s although the robot is commanded to drive",
-        )
 
     def _end(self, state: GoalState, reason: str) -> Twist:
         assert self._run is not None
