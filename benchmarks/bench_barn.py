@@ -13,34 +13,31 @@ KBOT_SHARED names.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import statistics
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
-from math import dist, pi
 from pathlib import Path
-from typing import Any
 
-from kbot.kinematics import PlanarPose
+from kbot.learn.barn_worlds import (
+    ARRIVE,
+    GOAL,
+    MAX_SPEED,
+    START,
+    TIME_LIMIT,
+    BarnWorld,
+    barn_robot,
+    metric,
+    read_barn_worlds,
+)
 from kbot.model.load import load_robot
 from kbot.navigation.without_map import go_to_without_map
 from kbot.sim import Simulation
-from kbot.world import World
-from kbot.world.builders import cylinder, floor
 from kbot.xacro import Packages
 
 BARN = Path(os.environ.get("KBOT_SHARED", "shared")) / "barn"
-ROBOT = BARN / "jackal_description"
-START, GOAL = PlanarPose(-2.25, 3.0, pi / 2.0), PlanarPose(-2.25, 13.0)
-MAX_SPEED = 2.0, 4.0
-ARRIVE, TIME_LIMIT = 1.0, 100.0
-RADIUS, HEIGHT, SPACING = 0.075, 1.0, 0.15
-LEFT, LOW = -4.425, 0.075
-"""m. The place of the first cylinder of the first row."""
 WORST = 10
 SUCCESS, METRIC = 0.98, 0.45
 """The targets for all worlds. Exit status 1 if one is missed, or if the robot touches anything."""
@@ -65,45 +62,26 @@ class Score:
 
     @property
     def metric(self) -> float:
-        if self.seconds is None or not self.is_success:
-            return 0.0
-        return self.optimal / min(max(self.seconds, 2.0 * self.optimal), 8.0 * self.optimal)
+        return metric(self.optimal, self.seconds if self.is_success else None)
 
 
-def world(name: str, rows: list[str]) -> World:
-    """A world of the challenge: each `#` is a cylinder."""
-    posts = [
-        cylinder(f"post_{row}_{column}", RADIUS, HEIGHT, LEFT + SPACING * column, LOW + SPACING * row)
-        for row, line in enumerate(rows)
-        for column, sign in enumerate(line)
-        if sign == "#"
-    ]
-    return World(f"barn_{name}", (floor(), *posts))
-
-
-def optimal_time(path: list[list[float]]) -> float:
-    """The time in s of the published shortest path at full speed."""
-    points = [(START.x, START.y), *path, (GOAL.x, GOAL.y)]
-    return sum(dist(a, b) for a, b in pairwise(points)) / MAX_SPEED[0]
-
-
-def drive(name: str, data: dict[str, Any]) -> Score:
-    robot = load_robot(str(ROBOT / "urdf" / "jackal.urdf"), packages=Packages((str(ROBOT),))).require()
+def drive(barn: BarnWorld) -> Score:
+    file, package = barn_robot(BARN)
+    robot = load_robot(file, packages=Packages((package,))).require()
     begun = time.process_time()
-    simulation = Simulation(robot, world(name, data["rows"]), start=START)
+    simulation = Simulation(robot, barn.world, start=START)
     trip = go_to_without_map(
         simulation, GOAL, any_heading=True, arrive=ARRIVE, max_speed=MAX_SPEED, timeout=TIME_LIMIT
     )
     took = time.process_time() - begun
-    optimal = optimal_time(data["path"])
     status = trip.status
     return Score(
-        name,
+        barn.name,
         str(status.state),
         status.reason,
         trip.collided,
         trip.arrival,
-        optimal,
+        barn.optimal_time,
         trip.odometry_error,
         took,
     )
@@ -118,12 +96,12 @@ def main() -> int:
     if not file.exists():
         print(f"no worlds in {file}: set KBOT_SHARED to the folder that holds barn")
         return 0
-    worlds = json.loads(file.read_text())
+    worlds = read_barn_worlds(str(BARN))
     names = options.worlds or sorted(worlds, key=int)
     if unknown := [name for name in names if name not in worlds]:
         parser.error(f"there are no worlds {', '.join(unknown)}")
     with ProcessPoolExecutor(options.processes) as pool:
-        running = [pool.submit(drive, name, worlds[name]) for name in names]
+        running = [pool.submit(drive, worlds[name]) for name in names]
         scores = []
         for score in running:
             scores.append(score.result())

@@ -113,6 +113,7 @@ def make_episodes(task: str, options: dict[str, object], library: Library | None
         KbotError: an option is unknown or not valid.
     """
     kind = TASKS[task]
+    options = {**kind.defaults(options), **options}
     return Episodes(read_options(Options, options, (kind,)), read_options(kind, options, (Options,)), library)
 
 
@@ -240,7 +241,7 @@ class Episodes:
     def _judge(self, pose: PlanarPose) -> tuple[dict[str, float], str]:
         """The values of the terms of the step, which ended at a true pose, and the outcome."""
         simulation = self.stage.simulation
-        terms, outcome = self.task.judge(pose)
+        terms, outcome = self.task.judge(pose, self.steps_per_action * self.options.timestep)
         if _has_fallen(simulation):
             outcome = FELL
         elif simulation.collided:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-ENVIRONMENTS = {"kbot/Goal-v0": "goal"}
+ENVIRONMENTS = {"kbot/Goal-v0": "goal", "kbot/Follow-v0": "follow", "kbot/Barn-v0": "barn"}
 """The task of each environment."""
 
 

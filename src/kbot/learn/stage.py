@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from kbot.model import RobotModel
 from kbot.navigation.footprint import height, turning_radius
 from kbot.navigation.inflation import inflate
+from kbot.navigation.jump_point_search import JumpPointSearch
 from kbot.navigation.local.cost_to_go import BLOCKED, LETHAL, CostToGo, Sweeping
 from kbot.navigation.simulated import level_lidar
+from kbot.navigation.string_pulling import pull_taut
 from kbot.robot import Value, load
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor
@@ -39,6 +41,8 @@ _LEVEL = 0.001
 """m by which the ground at a start may differ from that at the world's origin."""
 MOST_KEPT = 64
 """Robots, maps and stages that are kept. A stage takes a few MB, and 0.05 s to build."""
+_TRIES = 20
+"""Goals that are drawn before a world counts as too small. In a world of rooms, the first one suffices."""
 T = TypeVar("T")
 SEED = "{seed}"
 """In the name of a world, it is replaced by a number that is drawn for each episode."""
@@ -125,6 +129,39 @@ class Map:
             known = np.where(np.isinf(known), beside + step, known)
         # cells that no robot reaches
         return np.where(np.isinf(known), np.max(known, initial=0.0, where=np.isfinite(known)), known)
+
+    def random_goal(
+        self, random: np.random.Generator, low: float, high: float
+    ) -> tuple[tuple[float, float], CostToGo, NDArray[np.intp]]:
+        """A random free point, the ways to it, and the free cells from which they are `low` to `high` m long.
+
+        Raises:
+            KbotError: no two places are so far apart.
+        """
+        for _ in range(_TRIES):
+            x, y = self.random_place(random)
+            ways = self.ways_to(x, y)
+            cells = self.between(ways, low, high)
+            if len(cells):
+                return (x, y), ways, cells
+        raise KbotError(
+            f"world '{self._world.name}' has no two places {low:g} to {high:g} m apart: change distance"
+        )
+
+    def between(self, ways: CostToGo, low: float, high: float) -> NDArray[np.intp]:
+        """The free cells (n, 2) from which ways are `low` to `high` m long."""
+        lengths = ways.raw[self.free[:, 0], self.free[:, 1]]
+        return self.free[(lengths >= low) & (lengths <= high)]
+
+    def way(self, start: tuple[float, float], goal: tuple[float, float]) -> list[tuple[float, float]]:
+        """The corners in m of a shortest way between two free points."""
+        cells = self._search.find(self.grid.cell(*start), self.grid.cell(*goal))
+        corners = [] if cells is None else pull_taut(self._weight < LETHAL, cells)
+        return [start, *(self.grid.center(*cell) for cell in corners[1:-1]), goal]
+
+    @cached_property
+    def _search(self) -> JumpPointSearch:
+        return JumpPointSearch(self._weight < LETHAL)
 
     def random_place(
         self, random: np.random.Generator, cells: NDArray[np.intp] | None = None

@@ -12,10 +12,12 @@ import numpy as np
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.stage import Stage
 from kbot.learn.targets import GoalTarget
+from kbot.learn.tasks.approach import Approach
 from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task
 from kbot.learn.values import LONGEST, require_length, require_range
-from kbot.navigation.local.cost_to_go import CostToGo
 from kbot.text import KbotError
+
+PROGRESS = Reward(1.0, "m by which the shortest way to the goal around obstacles became shorter")
 
 
 @dataclass(kw_only=True)
@@ -27,14 +29,10 @@ class GoalTask(Task):
     """
 
     target: ClassVar[str] = "goal"
-    rewards: ClassVar[Mapping[str, Reward]] = {
-        "progress": Reward(1.0, "m by which the shortest way to the goal around obstacles became shorter"),
-    }
+    rewards: ClassVar[Mapping[str, Reward]] = {"progress": PROGRESS}
     distance: tuple[float, float] = (1.0, 5.0)
     arrive: float = 0.15
-    _goal: GoalTarget = field(init=False, default_factory=lambda: GoalTarget(0.0, 0.0))
-    _ways: CostToGo | None = field(init=False, default=None)
-    _left: float = field(init=False, default=0.0)
+    _approach: Approach | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self.distance = require_range("distance", self.distance, 0.0, LONGEST)
@@ -50,43 +48,22 @@ class GoalTask(Task):
         return self.distance[1]
 
     def start(self, stage: Stage, random: np.random.Generator) -> Start:
-        low, high = self.distance
         places = stage.map
-        for _ in range(_TRIES):
-            x, y = places.random_place(random)
-            ways = places.ways_to(x, y)
-            lengths = ways.raw[places.free[:, 0], places.free[:, 1]]
-            cells = places.free[(lengths >= low) & (lengths <= high)]
-            if len(cells):
-                break
-        else:
-            raise KbotError(
-                f"world '{stage.simulation.world.name}' has no two places {low:g} to {high:g} m apart: change"
-                " distance"
-            )
+        (x, y), ways, cells = places.random_goal(random, *self.distance)
         at_x, at_y = places.random_place(random, cells)
         pose = PlanarPose(at_x, at_y, float(random.uniform(-math.pi, math.pi)))
-        return self.begin(pose, GoalTarget(x, y), ways)
+        goal = GoalTarget(x, y)
+        approach = self._approach = Approach(goal, ways, pose)
+        return Start(pose, goal, {"goal": np.array([x, y]), "way": approach.left})
 
-    def begin(self, pose: PlanarPose, goal: GoalTarget, ways: CostToGo) -> Start:
-        """The start at a pose, with the lengths of the ways to the goal."""
-        self._goal, self._ways = goal, ways
-        self._left = self._way(pose)
-        facts = {"goal": np.array([goal.x, goal.y]), "way": self._left}
-        return Start(pose, goal, facts)
-
-    def judge(self, pose: PlanarPose) -> tuple[dict[str, float], str]:
-        left = self._way(pose)
-        progress, self._left = self._left - left, left
-        return {"progress": progress}, ARRIVED if self._goal.distance(pose) <= self.arrive else ""
-
-    def _way(self, pose: PlanarPose) -> float:
-        """The length in m of the shortest way to the goal; near the goal, of the straight line."""
-        straight = self._goal.distance(pose)
-        if self._ways is None or straight <= 2.0 * self._ways.resolution:
-            return straight
-        return max(straight, self._ways.at_point(pose.x, pose.y))
+    def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
+        approach = started(self._approach)
+        arrived = approach.goal.distance(pose) <= self.arrive
+        return {"progress": approach.advance(pose)}, ARRIVED if arrived else ""
 
 
-_TRIES = 20
-"""Goals that are drawn before a world counts as too small. In a world of rooms the first one suffices."""
+def started(approach: Approach | None) -> Approach:
+    """Raises KbotError: no episode has started."""
+    if approach is None:
+        raise KbotError("no episode has started: call reset first")
+    return approach

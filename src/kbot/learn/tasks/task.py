@@ -69,6 +69,11 @@ class Task(ABC):
     def reach(self) -> float:
         """m. How far the map extends beyond the world's objects."""
 
+    @classmethod
+    def defaults(cls, options: Mapping[str, object]) -> dict[str, object]:
+        """Options of the environment that have other defaults for this task."""
+        return {}
+
     def scene(self, scene: Scene, random: np.random.Generator) -> Scene:
         """The scene of an episode, from the one that the options give."""
         return scene
@@ -82,8 +87,9 @@ class Task(ABC):
         """
 
     @abstractmethod
-    def judge(self, pose: PlanarPose) -> tuple[dict[str, float], str]:
-        """The values of this task's terms in the step that ended at a true pose, and the outcome.
+    def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
+        """The values of this task's terms in the step of some seconds that ended at a true pose, and the
+        outcome.
 
         The outcome is empty while the episode goes on.
         """

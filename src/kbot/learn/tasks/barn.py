@@ -1,0 +1,111 @@
+"""Drive through the worlds of the BARN challenge: `kbot/Barn-v0`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import hypot
+from typing import ClassVar
+
+import numpy as np
+
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.learn.barn_worlds import (
+    ARRIVE,
+    GOAL,
+    MAX_SPEED,
+    START,
+    TIME_LIMIT,
+    BarnWorld,
+    barn_robot,
+    metric,
+    read_barn_worlds,
+)
+from kbot.learn.stage import Scene, Stage
+from kbot.learn.targets import GoalTarget
+from kbot.learn.tasks.approach import Approach
+from kbot.learn.tasks.goal import PROGRESS, started
+from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task
+from kbot.learn.values import require_length
+from kbot.text import KbotError
+from kbot.text.suggest import suggest_or_list
+
+_BEGUN = 0.1
+"""m. The challenge's clock starts when the robot has moved so far."""
+
+
+@dataclass(kw_only=True)
+class BarnTask(Task):
+    """Drive 10 m ahead through a world of the BARN challenge, a random one in each episode.
+
+    The robot is by default the challenge's, with its speeds and its time limit.
+
+    folder  with the challenge's `worlds.json`, and its robot in `jackal_description`
+    worlds  numbers of the worlds; by default all
+    arrive  distance in m from the goal at which the robot has arrived
+    """
+
+    target: ClassVar[str] = "goal"
+    rewards: ClassVar[Mapping[str, Reward]] = {"progress": PROGRESS}
+    folder: str | os.PathLike[str] = ""
+    worlds: Sequence[int | str] | None = None
+    arrive: float = ARRIVE
+    _chosen: list[BarnWorld] = field(init=False, default_factory=list)
+    _world: BarnWorld | None = field(init=False, default=None)
+    _approach: Approach | None = field(init=False, default=None)
+    _begun: float | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        self.arrive = require_length("arrive", self.arrive)
+        if not self.folder:
+            raise KbotError("kbot/Barn-v0 needs the option folder: that of the challenge's worlds.json")
+        known = read_barn_worlds(os.fspath(self.folder))
+        names = list(known) if self.worlds is None else [str(number) for number in self.worlds]
+        for name in names:
+            if name not in known:
+                raise KbotError(f"{self.folder} has no world {name!r}: {suggest_or_list(name, known)}")
+        if not names:
+            raise KbotError("worlds must name at least one world")
+        self._chosen = [known[name] for name in names]
+
+    @classmethod
+    def defaults(cls, options: Mapping[str, object]) -> dict[str, object]:
+        folder = options.get("folder")
+        if not isinstance(folder, str | os.PathLike) or "robot" in options:
+            return {}
+        robot, package = barn_robot(folder)
+        return {"robot": robot, "packages": (package,), "max_speed": MAX_SPEED, "time_limit": TIME_LIMIT}
+
+    @property
+    def reach(self) -> float:
+        return 1.0
+
+    def scene(self, scene: Scene, random: np.random.Generator) -> Scene:
+        self._world = self._chosen[int(random.integers(len(self._chosen)))]
+        return replace(scene, world=self._world.world)
+
+    def start(self, stage: Stage, random: np.random.Generator) -> Start:
+        goal = GoalTarget(GOAL.x, GOAL.y)
+        self._begun = None
+        approach = self._approach = Approach(goal, stage.map.ways_to(goal.x, goal.y), START)
+        facts = {"goal": np.array([goal.x, goal.y]), "way": approach.left, "world": self.world.name}
+        return Start(START, goal, facts)
+
+    def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
+        approach = started(self._approach)
+        if self._begun is not None:
+            self._begun += seconds
+        elif hypot(pose.x - START.x, pose.y - START.y) > _BEGUN:
+            self._begun = 0.0
+        arrived = approach.goal.distance(pose) <= self.arrive
+        return {"progress": approach.advance(pose)}, ARRIVED if arrived else ""
+
+    def facts(self, time: float, outcome: str) -> dict[str, object]:
+        """The challenge's metric of the episode."""
+        return {"metric": metric(self.world.optimal_time, self._begun if outcome == ARRIVED else None)}
+
+    @property
+    def world(self) -> BarnWorld:
+        """The world of the episode."""
+        return self._chosen[0] if self._world is None else self._world
