@@ -148,3 +148,28 @@ def test_a_full_disk_gives_no_recording(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(RunOutputs, "close", close)
     result = run_trial(SHORT, record=str(tmp_path / "run.mcap"))
     assert (result.recording, result.error) == ("", "")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
+def test_a_process_that_is_killed_is_replaced_and_its_trial_runs_again(tmp_path: Path) -> None:
+    marks = tmp_path / "marks"
+    killed = scripted(
+        tmp_path,
+        "killed",
+        "import os, signal\nfrom pathlib import Path\ndef drive(sim):\n"
+        f"    with Path({str(marks)!r}).open('a') as file:\n        file.write('x')\n"
+        f"    if len(Path({str(marks)!r}).read_text()) < 3:\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n",
+    )
+    with Pool(1) as pool:
+        (result,) = run_tasks(pool, [killed])
+    assert result is not None
+    assert result.passed, result.reason
+    assert marks.read_text() == "xxx"
+    Path(tmp_path / "killed.py").write_text(
+        "import os, signal\ndef drive(sim):\n    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    with Pool(1) as pool:
+        (result,) = run_tasks(pool, [killed])
+    assert result is not None
+    assert result.error == "the trial ended its process, with status -9"

@@ -41,6 +41,7 @@ VERBS = {
     "info": ("kbot.cli.info:command", "Print links, joints, masses, drive geometry and size."),
     "try": ("kbot.cli.try_command:command", "Run scenarios that test a robot's behaviour."),
     "compare": ("kbot.cli.compare:command", "Compare how two robots behave, and find the edits behind it."),
+    "sweep": ("kbot.cli.sweep:command", "Run scenarios with many values of a robot, and find the best."),
     "identify": ("kbot.cli.identify:command", "Estimate a robot's true wheel sizes from a log of a drive."),
     "new": ("kbot.cli.new:command", "Create a robot package."),
     "bag": ("kbot.cli.bag.command:command", "Inspect, cut, convert, play back or replay recordings."),

@@ -19,6 +19,8 @@ from kbot.text import KbotError
 MISSING_EXTRA = "{} is not installed: pip install 'kbot[sweep]'"
 SEED = 0
 """Of all random designs: the same command gives the same designs."""
+_BLOCK = 1024
+"""Random designs that are drawn at once."""
 
 
 class Method(StrEnum):
@@ -75,10 +77,14 @@ class Random(_Independent):
 
     def __init__(self, space: Space) -> None:
         self._space = space
+        self._block, self._fractions = -1, np.zeros((0, 0))
 
     def values(self, number: int) -> Values:
-        generator = np.random.default_rng((SEED, number))
-        return self._space.at(generator.random(len(self._space.dimensions)).tolist())
+        block, row = divmod(number, _BLOCK)
+        if block != self._block:
+            shape = (_BLOCK, len(self._space.dimensions))
+            self._block, self._fractions = block, np.random.default_rng((SEED, block)).random(shape)
+        return self._space.at(self._fractions[row].tolist())
 
 
 class LatinHypercube(_Independent):

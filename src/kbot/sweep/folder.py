@@ -87,9 +87,9 @@ def _require_same(out: str, before: Mapping[str, Any], plan: Plan) -> None:
 
 def _shown(value: object) -> str:
     if isinstance(value, list):
-        return " ".join(map(str, value)) or "none"
+        return "; ".join(map(str, value)) or "none"
     if isinstance(value, dict):
-        return " ".join(f"{key} {each}" for key, each in value.items() if each)
+        return "; ".join(f"{key} {each}" for key, each in value.items())
     return str(value)
 
 

@@ -10,7 +10,7 @@ import time
 from array import array
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -88,14 +88,14 @@ class Journal:
         Raises:
             KbotError: the disk is full, or the file cannot be written. The file is as before.
         """
-        line = orjson.dumps(asdict(row)) + b"\n"
+        line = orjson.dumps(row) + b"\n"
         try:
             self._write(line)
         except OSError as error:
             with suppress(OSError):
                 os.ftruncate(self._file, self._end)
             raise KbotError(
-                f"{self.path} cannot be written: {error.strerror}. {self.count} runs are kept. "
+                f"{self.path} cannot be written: {error.strerror}. Finished runs are kept ({self.count}). "
                 "Run the same command again to continue"
             ) from None
         self._add(row.run, self._end, row.measures)

@@ -97,7 +97,7 @@ class Plan:
         """The object of the file `sweep.json`."""
         return {
             "schema": SCHEMA,
-            "robot": {"file": self.robot.file, "values": {**self.robot.arguments, **self.robot.properties}},
+            "robot": [self.robot.file, *(f"{name}:={value}" for name, value in self.robot.arguments.items())],
             "dimensions": [str(each) for each in self.space.dimensions],
             "scenarios": [f"{task.scenario.name}, seed {task.seed}" for task in self.trials],
             "method": str(self.method),

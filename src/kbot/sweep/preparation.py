@@ -15,7 +15,8 @@ from kbot.sweep.plan import Plan, world_with_parameter
 from kbot.sweep.space import Dimension, Space, Target, parse_space
 from kbot.sweep.table import require_parquet
 from kbot.text import KbotError
-from kbot.trials.actions import TO_GOALS, RunScript
+from kbot.text.notes import note
+from kbot.trials.actions import TO_GOALS, DriveWithPolicy, RunScript
 from kbot.trials.errors import sentence
 from kbot.trials.places import find_world
 from kbot.trials.pool import Pool, Task
@@ -68,6 +69,9 @@ def prepare(request: Request, pool: Pool) -> Plan:
     """
     space = parse_space(request.dimensions)
     designs = _count(space, request)
+    for each in space.dimensions:
+        if each.is_integer_range and each.target is not Target.SEED:
+            note(f"{each} has only integers. For all numbers, write 1.0 instead of 1")
     versions = _versions(request.method)
     numeric = [each.name for each in space.dimensions if each.kind is not str]
     objectives = parse_objectives(request.objectives, numeric)
@@ -232,7 +236,7 @@ def _require_key(scenario: object, dimension: Dimension) -> None:
         except KbotError as error:
             errors.append(error)
     if len(errors) == len(values):
-        raise KbotError(f"--set {dimension}: {errors[0]}")
+        raise errors[0]
 
 
 def _digest(reading: _Reading, path: str, packages: Packages, texts: Sequence[str]) -> str:
@@ -242,9 +246,11 @@ def _digest(reading: _Reading, path: str, packages: Packages, texts: Sequence[st
     expansion = expand(path, robot.arguments, packages=packages.beside(path), lenient=True)
     files = dict.fromkeys(expansion.dependencies)
     for task in reading.tasks:
-        scripts = [step.action.script for step in task.scenario.steps if isinstance(step.action, RunScript)]
+        actions = [step.action for step in task.scenario.steps]
+        scripts = [each.script for each in actions if isinstance(each, RunScript)]
+        policies = [each.file for each in actions if isinstance(each, DriveWithPolicy)]
         programs = [program.file for program in task.scenario.programs]
-        named = [task.python_file, task.scenario.world, *scripts, *programs]
+        named = [task.python_file, task.scenario.world, *scripts, *policies, *programs]
         files |= dict.fromkeys(name for name in named if isinstance(name, str) and Path(name).is_file())
     for name in files:
         digest.update(Path(name).read_bytes())

@@ -7,11 +7,7 @@ from typing import Self
 
 from kbot.sweep.executor import Finished
 from kbot.trials.pool import LimitedTask, Pool, Task, result_of, run_task, seconds_of
-from kbot.worker import ProcessEnded
 
-ATTEMPTS = 3
-"""How often a run may end its process. It may be killed for something else, such as the memory that other
-programs use. A run that always crashes is a failed run after so many attempts."""
 AHEAD = 2
 """Runs that are submitted per process: the next one begins as soon as a process is free."""
 
@@ -24,8 +20,6 @@ class Processes:
         self._pool, self._limit = pool, limit
         self._calls = pool.calls(run_task)
         self._running: dict[int, LimitedTask] = {}
-        self._ended: dict[int, int] = {}
-        """How often each of these runs ended its process."""
 
     @property
     def capacity(self) -> int:
@@ -36,17 +30,8 @@ class Processes:
         self._calls.submit(run, item, seconds_of(item))
 
     def wait(self) -> Finished:
-        while True:
-            run, outcome = self._calls.wait()
-            item = self._running[run]
-            if isinstance(outcome.error, ProcessEnded):
-                self._ended[run] = self._ended.get(run, 0) + 1
-                if self._ended[run] < ATTEMPTS:
-                    self._calls.submit(run, item, seconds_of(item))
-                    continue
-            del self._running[run]
-            self._ended.pop(run, None)
-            return Finished(run, result_of(item, outcome))
+        run, outcome = self._calls.wait()
+        return Finished(run, result_of(self._running.pop(run), outcome))
 
     def __enter__(self) -> Self:
         return self

@@ -32,6 +32,18 @@ MANY_RUNS, LONG_SECONDS = 100_000, 86_400.0
 """More runs, or a longer time, must be confirmed: most are a slip in a range."""
 SOME_RUNS = 1000
 """Fewer runs are not timed beforehand."""
+NO_RESULT = {
+    "schema": SCHEMA,
+    "method": None,
+    "runs": 0,
+    "passed": 0,
+    "failed": 0,
+    "missing": 0,
+    "table": None,
+    "objectives": {},
+    "best": [],
+}
+"""The JSON of a sweep that could not begin."""
 _UNITS = (("year", 31_557_600.0), ("day", 86_400.0), ("hour", 3600.0), ("minute", 60.0), ("second", 1.0))
 
 
@@ -70,6 +82,11 @@ class Sweep:
     def missing(self) -> int:
         """The number of runs that are not finished."""
         return self.plan.runs - self.journal.count
+
+    @property
+    def has_passed(self) -> bool:
+        """Whether at least one run passed."""
+        return any(row.passed for row in self.journal.rows())
 
     def run(self, executor: Executor, on_done: Callable[[], object] = lambda: None) -> None:
         """Execute the missing runs, and write the table. `on_done` is called after each run.
@@ -129,22 +146,32 @@ class Sweep:
         }
 
 
-@contextmanager
-def opened_sweep(request: Request, out: str, pool: Pool, *, confirmed: bool = False) -> Iterator[Sweep]:
-    """Prepare a sweep, or continue the one in the folder `out`. Within the block, the folder is locked.
+def checked_plan(request: Request, pool: Pool, *, confirmed: bool = False) -> Plan:
+    """The plan of a sweep that can run.
 
     `confirmed`: the user knows that it has very many runs.
 
     Raises:
-        KbotError: the request cannot be run, the folder has another sweep, or the sweep must be confirmed.
+        KbotError: the request cannot be run, or must be confirmed.
+        KeyboardInterrupt: Ctrl-C.
     """
     plan = prepare(request, pool)
     families = [each.name for each in plan.objectives if each.name.partition("/")[0] in FAMILIES]
-    if plan.runs > SOME_RUNS or families:
+    if families or (plan.runs > SOME_RUNS and not confirmed):
         trial, seconds = _try(plan, pool)
         _require_parts(families, trial)
         if not confirmed:
             _require_confirmed(plan, seconds / pool.jobs)
+    return plan
+
+
+@contextmanager
+def opened_sweep(plan: Plan, out: str) -> Iterator[Sweep]:
+    """Begin a sweep in the folder `out`, or continue it. Within the block, the folder is locked.
+
+    Raises:
+        KbotError: the folder has another sweep, another process uses it, or it cannot be written.
+    """
     with opened_folder(out, plan) as journal:
         yield Sweep(plan, journal, Path(out))
 
@@ -223,10 +250,11 @@ def sweep(
         values={name: str(value) for name, value in (values or {}).items()},
         packages=tuple(packages),
     )
-    with Pool(jobs) as pool, opened_sweep(request, out, pool, confirmed=confirmed) as opened:
-        with Processes(pool, limit) as executor:
+    with Pool(jobs) as pool:
+        plan = checked_plan(request, pool, confirmed=confirmed)
+        with opened_sweep(plan, out) as opened, Processes(pool, limit) as executor:
             opened.run(executor)
-        return opened.table
+            return opened.table
 
 
 def _text(values: str | Sequence[int | float | str]) -> str:

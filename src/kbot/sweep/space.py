@@ -141,6 +141,11 @@ class Dimension:
         ends = (self.domain.low, self.domain.nth(1) if self.domain.count > 1 else self.domain.low)
         return int if all(isinstance(each, int) for each in ends) else float
 
+    @property
+    def is_integer_range(self) -> bool:
+        """Whether it was typed as `low:high` with integers, which may be meant as all numbers between."""
+        return self.kind is int and self.text.count(":") == 1
+
     def __str__(self) -> str:
         return f"{self.name}={self.text}"
 

@@ -27,7 +27,7 @@ from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_keys import with_keys
 from kbot.trials.trial import load_source, run_trial
 from kbot.trials.watchdog import watchdog
-from kbot.worker import LimitExceeded, Worker, WorkerLimits
+from kbot.worker import LimitExceeded, ProcessEnded, Worker, WorkerLimits
 from kbot.worker.cores import available_cores
 
 A = TypeVar("A")
@@ -42,6 +42,8 @@ FILM_SECONDS = 120.0
 GRACE_SECONDS = 5.0
 """Processor time until the process is killed, after its watchdog has tried to stop the user's program. It
 includes the start of the process."""
+ATTEMPTS = 3
+"""How often a call is tried whose process was killed, which is rarely the fault of the call."""
 WAKE_SECONDS = 0.2
 """Windows delivers Ctrl-C only between two waits."""
 _ROBOTS_KEPT = 4
@@ -207,10 +209,16 @@ class Calls(Generic[A, T]):
         while (call := self._waiting.get()) is not None and not self._stop.is_set():
             key, item, seconds = call
             worker.limits = WorkerLimits(seconds)
-            try:
-                outcome = Outcome(worker.call(self._work, item))
-            except Exception as error:  # noqa: BLE001 - reported as the item's
-                outcome = Outcome(error=error)
+            outcome: Outcome[T] = Outcome()
+            for _ in range(ATTEMPTS):
+                try:
+                    outcome = Outcome(worker.call(self._work, item))
+                except Exception as error:  # noqa: BLE001 - reported as the item's
+                    outcome = Outcome(error=error)
+                if not isinstance(outcome.error, ProcessEnded) or not outcome.error.was_killed:
+                    break
+                if self._stop.is_set():
+                    break
             if not self._stop.is_set():
                 self._done.put((key, outcome))
 

@@ -32,6 +32,7 @@ LOOK_SECONDS = 0.05
 """Seconds between two looks at the process. In that time it may take about 100 MB more."""
 CLOSING_SECONDS = 5.0
 """A process that ends closes its pipes a moment before."""
+_KILLED = (-signal.SIGTERM, -getattr(signal, "SIGKILL", signal.SIGTERM))
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.worker.child import main; main()"
 """Modules are found as in this process, and never in the working directory, which may be a stranger's."""
 
@@ -56,7 +57,18 @@ class LimitExceeded(KbotError):
 
 
 class ProcessEnded(LimitExceeded):
-    """The process ended during a call: the call ended it, or the system or a user killed it."""
+    """The process ended during a call.
+
+    `was_killed`: by someone else, such as the system when memory runs out. The call may succeed if repeated.
+    """
+
+    def __init__(self, status: int) -> None:
+        super().__init__(f"ended its process, with status {status}")
+        self.status = status
+
+    @property
+    def was_killed(self) -> bool:
+        return self.status in _KILLED
 
 
 class Worker:
@@ -120,7 +132,7 @@ class Worker:
             with suppress(queue.Empty):
                 answer = answers.get(timeout=LOOK_SECONDS)
                 if answer is None:
-                    raise ProcessEnded(f"ended its process, with status {_status(process)}")
+                    raise ProcessEnded(_status(process))
                 return answer
             with suppress(psutil.NoSuchProcess):
                 if _processor_seconds(observed) - used_before > limits.seconds:

@@ -1,0 +1,60 @@
+"""The text of a sweep for the terminal: the best designs, and why runs failed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from kbot.sweep.runner import Design, Sweep
+from kbot.text.render import printable
+from kbot.trials.measures import find_measure, is_measure
+from kbot.trials.results import with_unit
+
+MOST_SHOWN = 10
+"""Designs and reasons that are printed. The table has all of them."""
+
+
+def summary(sweep: Sweep, seconds: float) -> str:
+    """The best designs, the most frequent reasons of failures, the counts, and the file of the table."""
+    reasons = Counter(row.reason for row in sweep.journal.rows() if not row.passed)
+    failed, done = sum(reasons.values()), sweep.journal.count
+    lines = _best(sweep, sweep.best())
+    for reason, count in reasons.most_common(MOST_SHOWN):
+        lines.append(printable(f"{count} failed: {reason}"))
+    if len(reasons) > MOST_SHOWN:
+        lines.append(
+            f"{sum(reasons.values()) - sum(n for _, n in reasons.most_common(MOST_SHOWN))} more failed"
+        )
+    missing = f", {sweep.missing} missing" if sweep.missing else ""
+    lines.append(f"{done - failed} passed, {failed} failed{missing} in {seconds:.1f} s: {sweep.table}")
+    return "\n".join(lines)
+
+
+def _best(sweep: Sweep, best: Sequence[Design]) -> list[str]:
+    objectives = sweep.plan.objectives
+    if not objectives:
+        return []
+    if not best:
+        return ["no design passed with a value of each objective"]
+    goals = ", ".join(f"{'highest' if each.is_maximum else 'lowest'} {each.name}" for each in objectives)
+    lines = [f"{goals}:" if len(objectives) == 1 else f"Pareto front of {goals}, {_designs(len(best))}:"]
+    names = [*best[0].values, *(each.name for each in objectives if each.name not in best[0].values)]
+    rows = [names]
+    for design in best[:MOST_SHOWN]:
+        shown = {name: _shown(name, value) for name, value in design.objectives.items()}
+        shown |= {name: str(value) for name, value in design.values.items()}
+        rows.append([shown[name] for name in names])
+    widths = [max(len(row[column]) for row in rows) for column in range(len(names))]
+    for row in rows:
+        lines.append("  " + "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)))
+    if len(best) > MOST_SHOWN:
+        lines.append(f"  … and {len(best) - MOST_SHOWN} more")
+    return lines
+
+
+def _designs(count: int) -> str:
+    return f"{count} design{'s' if count > 1 else ''}"
+
+
+def _shown(name: str, value: float) -> str:
+    return with_unit(value, find_measure(name).unit if is_measure(name) else "")
