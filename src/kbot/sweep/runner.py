@@ -32,7 +32,7 @@ MANY_RUNS, LONG_SECONDS = 100_000, 86_400.0
 """More runs, or a longer time, must be confirmed: most are a slip in a range."""
 SOME_RUNS = 1000
 """Fewer runs are not timed beforehand."""
-NO_RESULT = {
+NO_RESULT: Mapping[str, object] = {
     "schema": SCHEMA,
     "method": None,
     "runs": 0,

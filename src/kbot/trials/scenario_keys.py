@@ -16,7 +16,7 @@ from typing import Any
 from kbot.sim.injected_faults import FAULTS
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
-from kbot.trials.actions import InjectFault, RunScript
+from kbot.trials.actions import DriveWithPolicy, InjectFault, RunScript
 from kbot.trials.expectations import Bound
 from kbot.trials.scenario import Scenario, Step
 from kbot.trials.schema import ACTIONS, EXPECTATIONS
@@ -26,6 +26,7 @@ KeyValue = int | float | str
 _INNER = {Step: "action", InjectFault: "fault"}
 """Fields whose own keys are written beside those of their owner, or one level below."""
 _NAMES = {kind: name for name, kind in {**ACTIONS, **EXPECTATIONS, **FAULTS}.items()} | {
+    DriveWithPolicy: "policy",
     InjectFault: "fault",
     RunScript: "script",
 }
