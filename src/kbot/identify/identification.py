@@ -15,6 +15,8 @@ from kbot.text import KbotError
 _WIDEST = 0.5
 """Half the width of the widest interval of a parameter that the log shows: relative to the wheel's radius, to
 the wheel separation (also for the sensor's position), or in rad."""
+_FACTOR = 20.0
+"""Ratio of wheel radii that are not of the same robot: the reference or the units are wrong."""
 _SEPARATIONS = (1.0 / 3.0, 1.0, 3.0)
 """If a log does not show the wheel separation, the radii of the wheels must hold for these multiples of the
 description's separation. Two unequal wheels drive a curve whose radius depends on the separation."""
@@ -38,7 +40,7 @@ def identify(log: DriveLog, nominal: Nominal) -> Identification:
     """
     motions = motions_of(log)
     found = fit(motions, nominal.start)
-    _require_directions(log, found)
+    _require_plausible(log, found, nominal)
     low, high = _bounds(found.parameters, found.half_widths)
     value = _natural(found.parameters)
     if not _is_observable(low, high, nominal)[CURVATURE]:
@@ -106,9 +108,16 @@ def _is_observable(low: Array, high: Array, nominal: Nominal) -> NDArray[np.bool
     return observable
 
 
-def _require_directions(log: DriveLog, found: KinematicFit) -> None:
-    """Fail if the reference contradicts the signs or the sides of the wheel speeds."""
+def _require_plausible(log: DriveLog, found: KinematicFit, nominal: Nominal) -> None:
+    """Fail if the reference contradicts the wheel speeds."""
     high = found.parameters + found.half_widths
+    mean = abs(found.parameters[[LEFT, RIGHT]].mean())
+    usual = (nominal.left + nominal.right) / 2.0
+    if not (usual / _FACTOR < mean < usual * _FACTOR) and np.isfinite(high[[LEFT, RIGHT]]).all():
+        raise KbotError(
+            f"{log.path}: the reference moves as if the wheels had a radius of {mean:.3g} m, not the "
+            f"{usual:.3g} m of the file. If the robot is stuck or its wheels spin, cut these parts of the log"
+        )
     for side, index in (("left", LEFT), ("right", RIGHT)):
         if high[index] < 0.0:
             raise KbotError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,6 +37,10 @@ class Nominal:
     right: float
     sensor_link: str | None
     axle_from_sensor: PlanarPose | None
+
+    def with_sensor(self, link: str) -> Nominal:
+        """The robot with another link as the sensor."""
+        return replace(self, sensor_link=link, axle_from_sensor=_pose_on_axle(self.loaded, self.drive, link))
 
     @property
     def values(self) -> Mapping[str, float | None]:
@@ -88,9 +92,13 @@ def read_nominal(
     left, right = (
         float(np.mean([drive.wheels[name].radius for name in side])) for side in (drive.left, drive.right)
     )
-    pose = None
-    if sensor is not None:
-        axle_from_sensor = drive.axle_in_base.inverse() @ tree.pose(sensor, in_frame=drive.base)
-        x, y, _ = axle_from_sensor.translation.tolist()
-        pose = PlanarPose(x, y, axle_from_sensor.yaw)
+    pose = None if sensor is None else _pose_on_axle(loaded, drive, sensor)
     return Nominal(loaded, drive, left, right, sensor, pose)
+
+
+def _pose_on_axle(loaded: Loaded, drive: DifferentialDrive, link: str) -> PlanarPose:
+    """The pose of a link in the frame at the middle of the axle."""
+    base_from_link = FrameTree(loaded.require()).pose(link, in_frame=drive.base)
+    axle_from_link = drive.axle_in_base.inverse() @ base_from_link
+    x, y, _ = axle_from_link.translation.tolist()
+    return PlanarPose(x, y, axle_from_link.yaw)

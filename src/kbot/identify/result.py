@@ -16,6 +16,8 @@ KINEMATIC = (
 )
 NAMES = KINEMATIC
 
+_MOST_DECIMALS = 6
+
 NO_RESULT: dict[str, Any] = {"schema": 1, "parameters": {}, "unobservable": [], "residual": {}}
 """The JSON after an error."""
 
@@ -107,11 +109,10 @@ class Identification:
 
 
 def _decimals(width: float) -> int:
-    """Decimal places that show two digits of an interval's width."""
-    for digits in range(1, 9):
-        if width * 10.0**digits >= 10.0:
-            return digits
-    return 9
+    """Decimal places that show two digits of an interval's width, down to a micrometre."""
+    return next(
+        (digits for digits in range(1, _MOST_DECIMALS) if width * 10.0**digits >= 10.0), _MOST_DECIMALS
+    )
 
 
 def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:

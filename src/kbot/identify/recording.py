@@ -1,0 +1,409 @@
+"""Reads logs from recordings (MCAP, ROS 1 bag, rosbag2): joint states, and a reference of the motion.
+
+The reference is, in this order: the topic that the user names, the true poses of a simulation, the transform
+from `map` of a localisation, the poses of a localisation or of motion capture, and scan matching.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kbot.identify.csv_file import LONGEST_GAP
+from kbot.identify.log import Array, DriveLog
+from kbot.identify.nominal import Nominal
+from kbot.identify.scan_matching import Scan, matched_poses
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.kinematics.transform import Transform
+from kbot.record.entry import RecordedMessage
+from kbot.record.reader import Recording
+from kbot.record.world_recorder import POSES_TOPIC
+from kbot.text import KbotError
+from kbot.text.suggest import suggest_or_list
+
+JOINTS, SCAN, IMU = "sensor_msgs/JointState", "sensor_msgs/LaserScan", "sensor_msgs/Imu"
+TWISTS = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")
+POSES = (
+    "geometry_msgs/PoseWithCovarianceStamped",
+    "geometry_msgs/PoseStamped",
+    "nav_msgs/Odometry",
+)
+TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
+_FIXED_FRAMES = ("map", "world", "earth")
+"""Frames in which a pose is a reference. A pose in `odom` comes from the wheels."""
+_GOALS = ("goal", "initialpose", "target")
+"""Parts of the names of topics whose poses are not those of the robot."""
+_PERIOD = 0.1
+"""Shortest time in s between two poses of the reference. More frequent ones add time, and little else."""
+_FEWEST = 2
+
+
+@dataclass
+class _Series:
+    """Times in s and rows of numbers, in the order of the file."""
+
+    times: list[float] = field(default_factory=list)
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+
+    def add(self, time: float, *row: float) -> None:
+        self.times.append(time)
+        self.rows.append(row)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def arrays(self, path: str, topic: str) -> tuple[Array, Array]:
+        """Increasing times, and the rows. A repeated time counts once.
+
+        Raises:
+            KbotError: the clock jumps, or a number is not finite.
+        """
+        times, rows = np.array(self.times), np.array(self.rows)
+        if not (np.isfinite(times).all() and np.isfinite(rows).all()):
+            at = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
+            raise KbotError(f"{path}: {topic} at {times[at]:.3f} s has a number that is not finite")
+        steps = np.diff(times)
+        for index in np.flatnonzero(steps < 0.0):
+            raise KbotError(
+                f"{path}: the clock jumps back on {topic}: {times[index]:.3f} s, then "
+                f"{times[index + 1]:.3f} s. Cut the recording with kbot bag cut"
+            )
+        for index in np.flatnonzero(steps > LONGEST_GAP):
+            raise KbotError(
+                f"{path}: the clock jumps ahead by {steps[index]:.6g} s on {topic} at {times[index]:.3f} s. "
+                "Cut the recording with kbot bag cut"
+            )
+        is_new = np.concatenate([[True], steps > 0.0])
+        return times[is_new], rows[is_new]
+
+
+@dataclass
+class _Contents:
+    """What a recording has, by topic."""
+
+    topics: dict[str, str] = field(default_factory=dict)
+    joints: dict[str, _Series] = field(default_factory=dict)
+    joint_names: set[str] = field(default_factory=set)
+    scans: dict[str, list[Scan]] = field(default_factory=dict)
+    scan_frames: dict[str, str] = field(default_factory=dict)
+    poses: dict[str, _Series] = field(default_factory=dict)
+    frames: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Fixed frame and frame of the robot of the poses of a topic."""
+    transforms: dict[tuple[str, str], _Series] = field(default_factory=dict)
+    commands: dict[str, _Series] = field(default_factory=dict)
+    gyros: dict[str, _Series] = field(default_factory=dict)
+    gyro_frames: dict[str, str] = field(default_factory=dict)
+    delays: list[float] = field(default_factory=list)
+    """Time of recording minus the stamp of joint states, in s."""
+
+
+def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[DriveLog, str]:
+    """Read a log, and the link whose motion its reference measures.
+
+    `reference` is a topic, or None to choose one.
+
+    Raises:
+        KbotError: the recording cannot be read, or lacks joint states or a reference.
+    """
+    contents = _read(path, nominal, reference)
+    if not contents.topics:
+        raise KbotError(f"{path} has no messages")
+    wheel_times, angles = _wheels(path, nominal, contents)
+    poses, link = _reference(path, nominal, contents, reference, (wheel_times, angles))
+    times, reference_poses = poses
+    is_inside = (times >= wheel_times[0]) & (times <= wheel_times[-1])
+    times, reference_poses = times[is_inside], reference_poses[is_inside]
+    if len(times) < _FEWEST:
+        raise KbotError(f"{path}: the reference and the joint states are not of the same time")
+    grid = np.union1d(wheel_times, times)
+    grid = grid[np.concatenate([[True], np.diff(grid) > 1e-6])]
+    at = np.clip(np.searchsorted(grid, times - 1e-6), 0, len(grid) - 1)
+    placed = np.full((len(grid), 3), np.nan)
+    placed[at] = reference_poses
+    turned = np.column_stack([np.interp(grid, wheel_times, angles[:, side]) for side in (0, 1)])
+    durations = np.diff(grid)
+    speeds = np.diff(turned, axis=0) / durations[:, None]
+    # the first interval has no wheel speeds: it only gives the pose at the start
+    log = DriveLog(
+        path=path,
+        durations=np.concatenate([[np.nan], durations]),
+        wheel_speeds=np.vstack([[np.nan, np.nan], speeds]),
+        displacements=np.full((len(grid), 3), np.nan),
+        poses=placed,
+        commands=_commands(path, contents, grid),
+        gyro=_gyro(path, nominal, contents, grid),
+        place=lambda index: f"{path} at {grid[index]:.3f} s",
+    )
+    return log, link
+
+
+def _read(path: str, nominal: Nominal, reference: str | None) -> _Contents:
+    found = _Contents()
+    wheels = (nominal.drive.left, nominal.drive.right)
+    signs = nominal.drive.forward
+    for entry in Recording(path).entries():
+        kind = entry.type_name.replace("/msg/", "/")
+        found.topics.setdefault(entry.topic, kind)
+        if kind == JOINTS:
+            _add_joints(found, entry, wheels, signs)
+        elif kind == SCAN:
+            _add_scan(found, entry)
+        elif kind in TRANSFORMS:
+            _add_transforms(found, entry)
+        elif kind in POSES and not any(word in entry.topic for word in _GOALS):
+            _add_pose(found, entry)
+        elif kind in TWISTS and "odom" not in entry.topic:
+            message = entry.message()
+            twist = getattr(message, "twist", message)
+            series = found.commands.setdefault(entry.topic, _Series())
+            series.add(entry.nanoseconds * 1e-9, float(twist.linear.x), float(twist.angular.z))
+        elif kind == IMU:
+            message = entry.message()
+            turn = message.angular_velocity
+            found.gyro_frames.setdefault(entry.topic, message.header.frame_id)
+            series = found.gyros.setdefault(entry.topic, _Series())
+            series.add(_time(message, entry), float(turn.x), float(turn.y), float(turn.z))
+    return found
+
+
+def _time(message: Any, entry: RecordedMessage) -> float:  # noqa: ANN401 - a message of ROS
+    """The stamp in s, or the time of recording if there is no stamp."""
+    stamp = message.header.stamp
+    seconds = float(stamp.sec) + float(stamp.nanosec) * 1e-9
+    return seconds or entry.nanoseconds * 1e-9
+
+
+def _add_joints(
+    found: _Contents, entry: RecordedMessage, wheels: Sequence[Sequence[str]], signs: Mapping[str, float]
+) -> None:
+    message = entry.message()
+    names = list(message.name)
+    found.joint_names.update(names)
+    if not all(name in names for side in wheels for name in side):
+        return
+    place = {name: index for index, name in enumerate(names)}
+    time = _time(message, entry)
+    sides = []
+    for values in (message.position, message.velocity):
+        for side in wheels:
+            known = len(values) == len(names)
+            sides.append(
+                float(np.mean([values[place[name]] * signs[name] for name in side])) if known else math.nan
+            )
+    found.delays.append(entry.nanoseconds * 1e-9 - time)
+    found.joints.setdefault(entry.topic, _Series()).add(time, *sides)
+
+
+def _add_scan(found: _Contents, entry: RecordedMessage) -> None:
+    message = entry.message()
+    found.scan_frames.setdefault(entry.topic, message.header.frame_id)
+    ranges = np.asarray(message.ranges, dtype=float)
+    angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
+    is_valid = np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max)
+    points = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+    points[~is_valid] = np.nan
+    found.scans.setdefault(entry.topic, []).append(Scan(_time(message, entry), points.astype(np.float32)))
+
+
+def _add_transforms(found: _Contents, entry: RecordedMessage) -> None:
+    for transform in entry.message().transforms:
+        parent, child = (name.lstrip("/") for name in (transform.header.frame_id, transform.child_frame_id))
+        place, turn = transform.transform.translation, transform.transform.rotation
+        stamp = transform.header.stamp
+        time = float(stamp.sec) + float(stamp.nanosec) * 1e-9
+        # a localisation stamps its correction with a time in the future
+        if parent == "map" or not time:
+            time = entry.nanoseconds * 1e-9
+        series = found.transforms.setdefault((parent, child), _Series())
+        series.add(time, float(place.x), float(place.y), _yaw(turn))
+        if entry.topic == POSES_TOPIC:
+            found.frames.setdefault(f"{POSES_TOPIC} {child}", (parent, child))
+
+
+def _add_pose(found: _Contents, entry: RecordedMessage) -> None:
+    message = entry.message()
+    pose = getattr(message.pose, "pose", message.pose)
+    frame = message.header.frame_id.lstrip("/")
+    child = getattr(message, "child_frame_id", "").lstrip("/")
+    found.frames.setdefault(entry.topic, (frame, child))
+    series = found.poses.setdefault(entry.topic, _Series())
+    series.add(_time(message, entry), float(pose.position.x), float(pose.position.y), _yaw(pose.orientation))
+
+
+def _yaw(quaternion: Any) -> float:  # noqa: ANN401 - a message of ROS
+    x, y, z, w = (float(getattr(quaternion, axis)) for axis in "xyzw")
+    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+
+
+def _listed(contents: _Contents) -> str:
+    names = [f"{topic} ({kind.rpartition('/')[2]})" for topic, kind in sorted(contents.topics.items())]
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return ", ".join(names[:12]) + more
+
+
+def _wheels(path: str, nominal: Nominal, contents: _Contents) -> tuple[Array, Array]:
+    """Times, and the angles (n, 2) in rad by which the left and right wheels have turned."""
+    if not contents.joints:
+        if contents.joint_names:
+            wanted = ", ".join(f"'{name}'" for name in nominal.drive.joints)
+            listed = ", ".join(sorted(contents.joint_names)[:8])
+            raise KbotError(f"{path}: its joint states do not have the wheels {wanted}. They have {listed}")
+        raise KbotError(f"{path} has no joint states (sensor_msgs/JointState). It has {_listed(contents)}")
+    topic, series = max(contents.joints.items(), key=lambda item: len(item[1]))
+    rows = np.array(series.rows)
+    columns = slice(0, 2) if np.isfinite(rows[:, :2]).any() else slice(2, 4)
+    if not np.isfinite(rows[:, columns]).any():
+        raise KbotError(f"{path}: {topic} has neither positions nor velocities of the wheels")
+    times, values = _Series(series.times, [tuple(row) for row in rows[:, columns].tolist()]).arrays(
+        path, topic
+    )
+    if len(times) < _FEWEST:
+        raise KbotError(f"{path}: {topic} has {len(times)} messages, too few for a motion")
+    if columns.start:  # velocities: the trapezoidal rule
+        steps = (values[1:] + values[:-1]) / 2.0 * np.diff(times)[:, None]
+        return times, np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
+    if np.abs(values).max() <= math.pi + 1e-3:  # encoders that wrap
+        values = np.unwrap(values, axis=0)
+    return times, values
+
+
+def _reference(
+    path: str,
+    nominal: Nominal,
+    contents: _Contents,
+    reference: str | None,
+    wheels: tuple[Array, Array],
+) -> tuple[tuple[Array, Array], str]:
+    """The times (n,) and poses (n, 3) of the reference, and the link that it measures."""
+    robot = nominal.loaded.require()
+    wanted = None if reference is None else "/" + reference.lstrip("/")
+    if wanted is not None and wanted not in contents.topics:
+        hint = suggest_or_list(wanted, contents.topics)
+        raise KbotError(f"{path} has no topic {wanted}: {hint}")
+    candidates: list[tuple[str, _Series, str]] = []
+    for (parent, child), series in contents.transforms.items():
+        if f"{POSES_TOPIC} {child}" in contents.frames and child in robot.links and parent == "world":
+            candidates.append((POSES_TOPIC, series, child))
+    localised = _localised(contents)
+    if localised is not None:
+        candidates.append(("/tf", *localised))
+    for topic, series in contents.poses.items():
+        frame, child = contents.frames[topic]
+        is_fixed = frame.rpartition("/")[2] in _FIXED_FRAMES or "truth" in topic
+        if is_fixed or topic == wanted:
+            candidates.append((topic, series, child or nominal.drive.base))
+    for topic, series, link in candidates:
+        if wanted in (None, topic) and len(series) >= _FEWEST:
+            if link not in robot.links:
+                link = nominal.drive.base
+            times, poses = series.arrays(path, topic)
+            poses[:, 2] = np.unwrap(poses[:, 2])
+            return _thinned(times, poses), link
+    for topic, scans in contents.scans.items():
+        if wanted in (None, topic):
+            frame = contents.scan_frames[topic].lstrip("/")
+            lidar = frame if frame in robot.links else nominal.sensor_link
+            if lidar is None:
+                raise KbotError(
+                    f"{path}: {topic} is in the frame '{frame}', which is not a link of the robot. Name the "
+                    "lidar's link with --sensor"
+                )
+            return matched_poses(path, topic, scans, wheels, nominal.with_sensor(lidar)), lidar
+    if wanted is not None:
+        raise KbotError(f"{path}: {wanted} is not a reference: it has neither poses nor scans of a lidar")
+    raise KbotError(
+        f"{path} has no reference: it needs scans of a lidar, a transform from 'map', or poses in one of the "
+        f"frames {', '.join(_FIXED_FRAMES)}. It has {_listed(contents)}"
+    )
+
+
+def _localised(contents: _Contents) -> tuple[_Series, str] | None:
+    """The pose in `map` after each correction of a localisation, and the frame of the robot.
+
+    Between two corrections the pose is that of the wheels' own odometry, which is not a reference.
+    """
+    corrections = next(
+        ((child, series) for (parent, child), series in contents.transforms.items() if parent == "map"), None
+    )
+    if corrections is None:
+        return None
+    odometry, series = corrections
+    moving = next(
+        ((child, rows) for (parent, child), rows in contents.transforms.items() if parent == odometry), None
+    )
+    if moving is None:
+        return series, odometry  # the localisation moves the robot itself
+    base, motion = moving
+    times, rows = np.array(motion.times), np.array(motion.rows)
+    order = np.argsort(times, kind="stable")
+    times, rows = times[order], rows[order]
+    rows[:, 2] = np.unwrap(rows[:, 2])
+    placed, before = _Series(), None
+    for time, row in zip(series.times, series.rows, strict=True):
+        if row != before and times[0] <= time <= times[-1]:
+            own = [float(np.interp(time, times, rows[:, column])) for column in range(3)]
+            pose = PlanarPose(*row) @ PlanarPose(*own)
+            placed.add(time, pose.x, pose.y, pose.yaw)
+        before = row
+    return placed, base
+
+
+def _thinned(times: Array, poses: Array) -> tuple[Array, Array]:
+    """Poses at least `_PERIOD` apart."""
+    kept, last = [], -math.inf
+    for index, time in enumerate(times.tolist()):
+        if time - last >= _PERIOD - 1e-6:
+            kept.append(index)
+            last = time
+    return times[kept], poses[kept]
+
+
+def _commands(path: str, contents: _Contents, grid: Array) -> Array:
+    """(n, 2) the command in effect at the start of each interval, NaN before the first."""
+    found = np.full((len(grid), 2), np.nan)
+    if not contents.commands:
+        return found
+    topic, series = max(contents.commands.items(), key=lambda item: len(item[1]))
+    times, values = _by_recording(series.times, series.rows, path, topic)
+    # commands have the time of recording, and the grid that of stamps
+    times = times - (float(np.median(contents.delays)) if contents.delays else 0.0)
+    starts = np.concatenate([grid[:1], grid[:-1]])
+    index = np.searchsorted(times, starts + 1e-9, side="right") - 1
+    is_given = index >= 0
+    found[is_given] = values[index[is_given]]
+    return found
+
+
+def _by_recording(
+    times: Sequence[float], rows: Sequence[tuple[float, ...]], path: str, topic: str
+) -> tuple[Array, Array]:
+    """Commands may pause for long, and are in the order of recording."""
+    values = np.array(rows)
+    if not np.isfinite(values).all():
+        raise KbotError(f"{path}: {topic} has a number that is not finite")
+    order = np.argsort(times, kind="stable")
+    return np.array(times)[order], values[order]
+
+
+def _gyro(path: str, nominal: Nominal, contents: _Contents, grid: Array) -> Array:
+    """(n,) the mean turning speed about the vertical in each interval, NaN without a gyro."""
+    if not contents.gyros:
+        return np.full(len(grid), np.nan)
+    topic, series = max(contents.gyros.items(), key=lambda item: len(item[1]))
+    times, rates = series.arrays(path, topic)
+    robot = nominal.loaded.require()
+    frame = contents.gyro_frames[topic].lstrip("/")
+    vertical = np.array([0.0, 0.0, 1.0])
+    if frame in robot.links:
+        base_from_imu: Transform = FrameTree(robot).pose(frame, in_frame=nominal.drive.base)
+        vertical = base_from_imu.rotation[2]
+    turning = rates @ vertical
+    angle = np.concatenate([[0.0], np.cumsum((turning[1:] + turning[:-1]) / 2.0 * np.diff(times))])
+    means = np.diff(np.interp(grid, times, angle)) / np.diff(grid)
+    means[(grid[:-1] < times[0]) | (grid[1:] > times[-1])] = np.nan
+    return np.concatenate([[np.nan], means])

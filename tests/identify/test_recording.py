@@ -1,0 +1,167 @@
+"""Tests identification from recordings of a simulated robot whose sizes differ from those of its file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kbot
+from kbot.identify.identification import identify
+from kbot.identify.nominal import read_nominal
+from kbot.identify.recording import read_recording
+from kbot.messages.types import (
+    Header,
+    JointState,
+    Odometry,
+    Point,
+    Pose,
+    PoseWithCovariance,
+    Quaternion,
+    Time,
+)
+from kbot.record import Recorder
+from kbot.record.copy import copy_recording
+from kbot.record.feed import Feed, Packet
+from kbot.record.writer import open_writer
+from kbot.sensors.declared import mount_declared
+from kbot.sim import Simulation
+from kbot.text import KbotError
+
+RADIUS, GAP = 0.0365, 0.012
+SEPARATION = 0.16 + 2 * GAP  # the width of the base, and the gaps on both sides
+NOMINAL = read_nominal("kbot", {"lidar": "true"}, {}, (), None)
+
+
+def drive(sim: Simulation, seconds: float) -> None:
+    rng = np.random.default_rng(3)
+    moves = (
+        (0.2, 0.8),
+        (0.2, -0.8),
+        (0.3, 0.0),
+        (-0.2, -0.7),
+        (-0.2, 0.9),
+        (-0.3, 0.0),
+        (0.0, 1.2),
+        (0.1, -1.2),
+    )
+    while sim.time < seconds:
+        for linear, angular in moves:
+            share = rng.uniform(0.5, 1.0)
+            sim.cmd_vel(linear * share, angular * share)
+            sim.run(0.9)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = str(tmp_path_factory.mktemp("recorded") / "run.mcap")
+    robot = kbot.load("kbot", lidar="true", wheel_radius=str(RADIUS), base_wheel_gap=str(GAP))
+    sim = Simulation(robot, world="rooms")
+    mount_declared(sim)
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):
+        drive(sim, 21.0)
+    return path
+
+
+def identified(path: str, reference: str | None = None):
+    log, link = read_recording(path, NOMINAL, reference)
+    return identify(log, NOMINAL.with_sensor(link)), link
+
+
+@pytest.mark.parametrize("target", ["run.mcap", "run.bag", "rosbag2"])
+def test_a_recording_gives_the_changed_sizes_back(recorded, tmp_path, target):
+    path = recorded
+    if target != "run.mcap":
+        path = str(tmp_path / target)
+        copy_recording(recorded, path)
+    found, link = identified(path)
+    assert link == "base_footprint"
+    values = {name: estimate.value for name, estimate in found.parameters.items()}
+    assert values["left_wheel_radius"] == pytest.approx(RADIUS, abs=2e-5)
+    assert values["right_wheel_radius"] == pytest.approx(RADIUS, abs=2e-5)
+    assert values["wheel_separation"] == pytest.approx(SEPARATION, abs=2e-4)
+    assert found.parameters["wheel_separation"].nominal == pytest.approx(0.174)
+    assert found.residual.nominal_translation > 5.0 * found.residual.translation
+
+
+def test_scans_give_the_changed_sizes_back(recorded):
+    found, link = identified(recorded, "/scan")
+    assert link == "lidar_link"
+    values = {name: estimate.value for name, estimate in found.parameters.items()}
+    assert values["left_wheel_radius"] == pytest.approx(RADIUS, abs=4e-4)
+    assert values["right_wheel_radius"] == pytest.approx(RADIUS, abs=4e-4)
+    assert values["wheel_separation"] == pytest.approx(SEPARATION, abs=2e-3)
+    assert values["sensor_x"] == pytest.approx(0.0, abs=3e-3)
+    assert values["sensor_yaw"] == pytest.approx(0.0, abs=0.02)
+
+
+def messages(*stamped):
+    """Packets of wheel states and reference poses: ("joints", t, left, right) or ("pose", t, x, frame)."""
+    for kind, time, *values in stamped:
+        nanoseconds = round(time * 1e9)
+        stamp = Time(nanoseconds // 10**9, nanoseconds % 10**9)
+        if kind == "joints":
+            names = ("left_wheel_joint", "right_wheel_joint")
+            message = JointState(Header(stamp, ""), names, tuple(values), (), ())
+            yield Packet("/joint_states", message, nanoseconds)
+        else:
+            x, frame = values
+            pose = PoseWithCovariance(Pose(Point(x, 0.0, 0.0), Quaternion()))
+            yield Packet("/pose", Odometry(Header(stamp, frame), "base_footprint", pose), nanoseconds)
+
+
+def written(path: Path, *stamped) -> str:
+    writer = open_writer(str(path))
+    for packet in messages(*stamped):
+        writer.write(packet)
+    writer.close()
+    return str(path)
+
+
+def rolling(times):
+    return [("joints", t, t, t) for t in times]
+
+
+def moving(times, frame="map"):
+    return [("pose", t, 0.035 * t, frame) for t in times]
+
+
+TIMES = [0.1 * index + 1.0 for index in range(50)]
+BAD = {
+    "no joints": (moving(TIMES), "has no joint states (sensor_msgs/JointState). It has /pose (Odometry)"),
+    "no reference": (
+        rolling(TIMES) + moving(TIMES, "odom"),
+        "has no reference: it needs scans of a lidar, a transform from 'map', or poses",
+    ),
+    "no messages": ([], "has no messages"),
+    "a clock that jumps back": (
+        rolling([*TIMES[:20], *TIMES]) + moving(TIMES),
+        "the clock jumps back on /joint_states: 2.900 s, then 1.000 s",
+    ),
+    "a clock that jumps ahead": (
+        rolling([*TIMES, 1e6]) + moving(TIMES),
+        "the clock jumps ahead by 999994 s on /joint_states at 5.900 s",
+    ),
+    "not a number": (
+        [*rolling(TIMES), ("joints", 7.0, float("nan"), 1.0), *moving(TIMES)],
+        "has a number that is not finite",
+    ),
+    "no motion": ([("joints", t, 1.0, 1.0) for t in TIMES] + moving(TIMES), "shows no motion"),
+    "another time": (rolling(TIMES) + moving([t + 50 for t in TIMES]), "are not of the same time"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_unusable_recordings_have_one_clear_error(tmp_path, name):
+    stamped, expected = BAD[name]
+    path = written(tmp_path / "run.mcap", *stamped)
+    with pytest.raises(KbotError) as caught:
+        identified(path)
+    assert expected in str(caught.value)
+
+
+def test_a_reference_that_is_not_in_the_recording(tmp_path):
+    path = written(tmp_path / "run.mcap", *rolling(TIMES), *moving(TIMES))
+    with pytest.raises(KbotError, match="has no topic /scan: choose from /joint_states, /pose"):
+        identified(path, "scan")
+    with pytest.raises(KbotError, match="/joint_states is not a reference"):
+        identified(path, "/joint_states")
