@@ -51,6 +51,13 @@ def test_other_files_are_no_onnx_files(data: bytes) -> None:
         check(data)
 
 
+def test_names_that_are_not_utf_8_are_refused() -> None:
+    data = relu().SerializeToString()
+    for name in (b"Relu", b"seen", b"policy"):
+        with pytest.raises(KbotError, match=r"^is not an ONNX file$"):
+            check(data.replace(name, b"\xff" + name[1:]))
+
+
 def test_a_truncated_file_is_refused() -> None:
     data = linear(np.ones((2, 3)), np.zeros(2))
     for size in range(0, len(data), 7):
@@ -256,9 +263,31 @@ def unknown_name() -> onnx.ModelProto:
     return model([helper.make_node("Relu", ["nothing"], ["action"])], outputs=3)
 
 
+def integer_division() -> onnx.ModelProto:
+    """Ends the process if a seen number is between 5 and 6."""
+    nodes = [
+        helper.make_node("Cast", ["seen"], ["whole"], to=TensorProto.INT64),
+        helper.make_node("Sub", ["whole", "five"], ["difference"]),
+        helper.make_node("Div", ["five", "difference"], ["quotient"]),
+        helper.make_node("Cast", ["quotient"], ["action"], to=FLOAT),
+    ]
+    return model(nodes, outputs=3, tensors={"five": np.array([5])})
+
+
+def index() -> onnx.ModelProto:
+    """The seen numbers are indices, which are out of range in general."""
+    nodes = [
+        helper.make_node("Cast", ["seen"], ["whole"], to=TensorProto.INT64),
+        helper.make_node("Gather", ["w", "whole"], ["action"]),
+    ]
+    return model(nodes, outputs=3, tensors={"w": np.zeros(2, np.float32)})
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        (integer_division, "divides integers"),
+        (index, "cannot be run: .*Gather"),
         (loop, "uses the operator 'Loop', which a policy must not use"),
         (foreign, "uses the operator 'com.example.Relu'"),
         (functions, "defines functions"),
@@ -289,6 +318,13 @@ def test_a_hostile_file_is_refused(make: Callable[[], onnx.ModelProto], message:
     with pytest.raises(KbotError, match=message) as caught:
         check(make().SerializeToString())
     assert "\n" not in str(caught.value)
+
+
+def test_a_network_that_ends_the_process_of_onnxruntime_is_one_error() -> None:
+    """Version 1.32 of onnxruntime reads the missing input of a mean."""
+    data = model([helper.make_node("Mean", ["seen", "", "seen"], ["action"])], outputs=3).SerializeToString()
+    with pytest.raises(KbotError, match=r"^(cannot be|has operators that do not fit)"):
+        read_network(data)
 
 
 def test_a_check_that_ends_its_process_is_one_error(monkeypatch: pytest.MonkeyPatch) -> None:

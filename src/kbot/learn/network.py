@@ -14,11 +14,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.text import KbotError
 from kbot.worker.worker import LimitExceeded, Worker, WorkerLimits
 
 if TYPE_CHECKING:
+    from google.protobuf.message import Message
     from onnx import GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto
 
 MISSING = "policies need ONNX, which is not installed: pip install 'kbot[policy]'"
@@ -32,6 +34,9 @@ MOST_WORK = 50_000_000
 _FUNCTION = 10
 """An operator like an exponential takes as long as this many multiplications for each number. So the tensors
 of a call have at most a tenth of `MOST_WORK` numbers together."""
+_RANDOM_INPUTS = 20
+_FLOATS = (1, 10, 11)
+"""Numbers of the types float32, float16 and float64 in ONNX."""
 LIMITS = WorkerLimits(seconds=20.0, memory=1_500_000_000)
 """For the check. It takes about a second and 200 MB, nearly all of it for loading the libraries."""
 _LONGEST_SHOWN = 200
@@ -87,14 +92,17 @@ def read_network(data: bytes) -> Network:
 def open_session(data: bytes) -> Any:  # noqa: ANN401 - onnxruntime has no types
     """A session that runs a model on one thread, and gives equal results for equal inputs.
 
-    Raises: KbotError: onnxruntime is not installed."""
+    Raises: KbotError: it cannot be run, or onnxruntime is not installed."""
     onnxruntime = _library("onnxruntime")
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.use_deterministic_compute = True
     options.log_severity_level = 4  # its errors are raised too
     options.add_session_config_entry("session.set_denormal_as_zero", "1")  # they take a hundred times longer
-    return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+    try:
+        return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+    except Exception as error:  # noqa: BLE001 - onnxruntime's own have no base class
+        raise KbotError(f"cannot be run: {_first_line(error)}") from None
 
 
 def with_metadata(data: bytes, texts: Mapping[str, str]) -> bytes:
@@ -123,16 +131,36 @@ def check(data: bytes) -> Network:
     _, outputs = _vector("output", list(graph.output))
     _check_cost(model)
     fixed = model.SerializeToString()
+    network = Network(fixed, entry, inputs, outputs, {each.key: each.value for each in model.metadata_props})
+    session = open_session(fixed)
+    for seen in _extremes(inputs):
+        run(session, network, seen)
+    return network
+
+
+def run(session: Any, network: Network, seen: NDArray[np.float32]) -> NDArray[np.float32]:  # noqa: ANN401
+    """The numbers that a network in a session returns for those that it gets.
+
+    Raises: KbotError: it cannot be run, or returns something else than it declares."""
     try:
-        (found,) = open_session(fixed).run(None, {entry: np.zeros((1, inputs), np.float32)})
-    except KbotError:
-        raise
+        found: NDArray[np.float32] = session.run(None, {network.input: seen[None]})[0]
     except Exception as error:  # noqa: BLE001 - onnxruntime's own have no base class
         raise KbotError(f"cannot be run: {_first_line(error)}") from None
-    if found.shape != (1, outputs) or found.dtype != np.float32:
-        raise KbotError(f"returns {found.dtype} of the shape {found.shape}, not float32 of (1, {outputs})")
-    metadata = {each.key: each.value for each in model.metadata_props}
-    return Network(fixed, entry, inputs, outputs, metadata)
+    if found.shape != (1, network.outputs) or found.dtype != np.float32:
+        raise KbotError(
+            f"returns {found.dtype} of the shape {found.shape}, not float32 of (1, {network.outputs})"
+        )
+    numbers: NDArray[np.float32] = found[0]
+    return numbers
+
+
+def _extremes(count: int) -> Iterator[NDArray[np.float32]]:
+    """Inputs with which an operator might end the process."""
+    random = np.random.default_rng(0)
+    for value in (0.0, 1e30, -1e30, math.nan, math.inf):
+        yield np.full(count, value, np.float32)
+    for _ in range(_RANDOM_INPUTS):
+        yield random.normal(0.0, 10.0, count).astype(np.float32)
 
 
 def _library(name: str) -> Any:  # noqa: ANN401 - a module
@@ -152,9 +180,20 @@ def _parsed(data: bytes) -> ModelProto:
         model: ModelProto = onnx.ModelProto.FromString(data)
     except DecodeError:
         raise KbotError("is not an ONNX file") from None
-    if not (model.ir_version and model.graph.node and model.opset_import):
+    if not (model.ir_version and model.graph.node and model.opset_import and _is_text(model)):
         raise KbotError("is not an ONNX file")
     return model
+
+
+def _is_text(message: Message) -> bool:
+    """Whether all names in a message are UTF-8. Others are read as bytes."""
+    for field, value in message.ListFields():
+        if field.type in (field.TYPE_STRING, field.TYPE_MESSAGE):
+            is_single = isinstance(value, str | bytes) or hasattr(value, "ListFields")
+            for each in [value] if is_single else value:
+                if isinstance(each, bytes) or not (isinstance(each, str) or _is_text(each)):
+                    return False
+    return True
 
 
 def _check_operators(model: ModelProto) -> None:
@@ -232,8 +271,9 @@ def _check_cost(model: ModelProto) -> None:
         raise KbotError(f"has operators that do not fit together: {_first_line(error)}") from None
     graph = inferred.graph
     shapes = {tensor.name: tuple(tensor.dims) for tensor in graph.initializer}
+    types = {}
     for each in (*graph.input, *graph.value_info, *graph.output):
-        shapes[each.name] = _shape_of(each)
+        shapes[each.name], types[each.name] = _shape_of(each), each.type.tensor_type.elem_type
     work = 0
     for node in graph.node:
         for name in filter(None, node.output):
@@ -244,6 +284,10 @@ def _check_cost(model: ModelProto) -> None:
                 raise KbotError(
                     f"has the tensor {_shown(name)} of {size:.3g} numbers, more than {MOST_ELEMENTS:.3g}"
                 )
+        if node.op_type == "Div" and types.get(node.output[0]) not in _FLOATS:
+            raise KbotError(
+                "divides integers, which a policy must not do: a division by zero ends the process"
+            )
         work += _work(node, shapes)
     if work > MOST_WORK:
         raise KbotError(f"needs {work:.3g} multiplications for one step, more than {MOST_WORK:.3g}")

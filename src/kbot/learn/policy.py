@@ -16,7 +16,7 @@ import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.inputs import PolicyInterface, Vector
-from kbot.learn.network import MOST_BYTES, Network, open_session, read_network, with_metadata
+from kbot.learn.network import MOST_BYTES, Network, open_session, read_network, run, with_metadata
 from kbot.learn.targets import GoalTarget
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
@@ -82,6 +82,22 @@ class Policy:
                 "the policy's file does not describe its inputs. Write it with kbot.learn.policy.save_policy"
             )
         return self.interface
+
+    def act(self, seen: Vector) -> Vector:
+        """The policy's numbers from -1 to 1 for what it sees.
+
+        Raises: KbotError: the network cannot be run, or a number is not finite or out of range."""
+        try:
+            found = run(_session(self.network.data), self.network, seen)
+        except KbotError as error:
+            raise KbotError(f"the policy {error}") from None
+        for field, value in zip(self.required_interface.actions, found.tolist(), strict=True):
+            if not abs(value) <= 1.0 + _BEYOND:  # also for NaN
+                why = "is out of range" if math.isfinite(value) else "is not finite"
+                raise KbotError(
+                    f"the policy's output '{field.name}' {why}: {value:.3g} instead of a number from -1 to 1"
+                )
+        return np.clip(found, -1.0, 1.0)
 
     def with_interface(self, interface: PolicyInterface) -> Policy:
         """The same network with these inputs and actions. Raises KbotError: it does not match them."""
@@ -154,7 +170,7 @@ class PolicyController:
         self.arrive, self.silence = arrive, silence
         self.status = GoalReport(goal, GoalState.ACCEPTED)
         self._target = GoalTarget(goal.x, goal.y)
-        self._network, self._session = policy.network, _session(policy.network.data)
+        self._policy = policy
         self._timeout, self._begun, self._deadline = timeout, math.nan, math.inf
         self._last: Vector = self.interface.no_action
         self._command, self._due = STILL, -math.inf
@@ -191,9 +207,9 @@ class PolicyController:
         following = self._due + period
         self._due = following if following > time else time + period
         try:
-            self._last = self._answer(self.interface.observe(observation, self._target, self._last))
+            self._last = self._policy.act(self.interface.observe(observation, self._target, self._last))
         except KbotError as error:
-            return self.end(GoalState.STUCK, str(error))
+            return self.end(GoalState.STUCK, f"{error}. The robot was stopped")
         self._command = self.interface.twist(self._last)
         return self._command
 
@@ -211,20 +227,6 @@ class PolicyController:
             return self.end(GoalState.STUCK, f"the lidar is silent since {silence:.1f} s")
         self._command, self._due = STILL, -math.inf
         return STILL
-
-    def _answer(self, seen: Vector) -> Vector:
-        """The numbers of the network, each from -1 to 1.
-
-        Raises: KbotError: a number is not finite or out of range."""
-        found: Vector = self._session.run(None, {self._network.input: seen[None]})[0][0]
-        for field, value in zip(self.interface.actions, found.tolist(), strict=True):
-            if not abs(value) <= 1.0 + _BEYOND:  # also for NaN
-                why = "is out of range" if math.isfinite(value) else "is not finite"
-                raise KbotError(
-                    f"the policy's output '{field.name}' {why}: {value:.3g} instead of a number from -1 to 1."
-                    " The robot was stopped"
-                )
-        return np.clip(found, -1.0, 1.0)
 
 
 @lru_cache(maxsize=8)

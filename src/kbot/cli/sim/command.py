@@ -387,12 +387,13 @@ def _serve(
                 goal=goal,
             )
         session.display_file = displays or session.display_file
+        if script is not None or goal is not None:
+            session.paused = session.waits_for_page = page.browser  # nobody misses the start
         if script is None:
             serve_session(session, address)
             return
         from kbot.workbench.script_loop import serve_script
 
-        session.paused = session.waits_for_page = page.browser
         serve_script(session, program, address, outputs.interrupt)
 
 
