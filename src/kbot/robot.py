@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from kbot import model
 from kbot.extensions import NotebookView, notebook
@@ -18,6 +19,10 @@ from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
 from kbot.xacro import Packages
 from kbot.xacro.assignments import require_overridden, resolve_names
+
+if TYPE_CHECKING:
+    from kbot.sim.mujoco_export import MujocoModel
+    from kbot.world import World
 
 Value = str | bool | int | float
 
@@ -69,6 +74,25 @@ class Robot(model.RobotModel):
     def to_urdf(self) -> str:
         """The robot as URDF text."""
         return to_urdf(self)
+
+    def to_mujoco(
+        self, world: str | World = "empty", *, timestep: float | None = None, contacts: str = "recipe"
+    ) -> MujocoModel:
+        """The robot in a world as a model of MuJoCo, to simulate and train in other programs.
+
+        The result has the `model` (MjModel), its MJCF text (`xml`), and the `controls` that drive it. The
+        model has KBot's contacts and servos. `timestep` (s) and `contacts` are as in `kbot.Simulation`.
+
+        Raises:
+            DescriptionError: the robot cannot be simulated. It carries every reason with its line.
+            KbotError: the world does not exist, or another argument is not valid.
+        """
+        from kbot.sim.mujoco_export import export  # needed only here: start-up time
+        from kbot.sim.recipe import TIMESTEP
+        from kbot.sim.simulation import Simulation
+
+        step = TIMESTEP if timestep is None else timestep
+        return export(Simulation(self, world, timestep=step, contacts=contacts))
 
     def show(self, joints: Mapping[str, float] | None = None, *, height: int = 480) -> NotebookView:
         """Show the robot in a notebook, with sliders for its joints. `height` is in pixels.

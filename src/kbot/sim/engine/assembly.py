@@ -36,14 +36,7 @@ def compile_model(
     """
     _disable_engine_log()
     findings = DiagnosticCollector()
-    spec = mujoco.MjSpec()
-    _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
-    grounds = add_world(spec, world, findings)
-    for plan in plans:
-        add_robot(spec, plan, grounds, findings)
-    for weld in welds:
-        add_weld(spec, weld, timestep)
-    findings.require()
+    spec = build_spec(world, plans, timestep, welds, findings)
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         try:
@@ -52,6 +45,29 @@ def compile_model(
             raise DescriptionError([_error(str(error), plans, world)]) from None
     engine_warnings = (_warning(str(entry.message), model, plans, world) for entry in warned)
     return model, (*findings.diagnostics, *engine_warnings)
+
+
+def build_spec(
+    world: World,
+    plans: Sequence[RobotPlan],
+    timestep: float,
+    welds: Sequence[Weld],
+    findings: DiagnosticCollector,
+) -> mujoco.MjSpec:
+    """The engine's model before it is compiled. Warnings are added to `findings`.
+
+    Raises:
+        DescriptionError: the world or a robot cannot be simulated. It carries every reason with its line.
+    """
+    spec = mujoco.MjSpec()
+    _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
+    grounds = add_world(spec, world, findings)
+    for plan in plans:
+        add_robot(spec, plan, grounds, findings)
+    for weld in welds:
+        add_weld(spec, weld, timestep)
+    findings.require()
+    return spec
 
 
 def _disable_engine_log() -> None:
