@@ -8,29 +8,40 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.navigation.footprint import Outline
+from kbot.navigation.footprint import Outline, edges
 from kbot.navigation.local.distance_field import DistanceField
 
 Values = NDArray[np.float64]
 Positions = NDArray[np.floating[Any]]
 
+_LONG = 1.6
+"""The middles of robots longer than this, as a multiple of their width, are far from their ends."""
+_RASTER = 41
+"""Points along each side of an outline's box at which the middle of a circle may be."""
+_MOST_CIRCLES = 8
+
 
 class FootprintClearance:
-    """Computes the clearance of the true outline.
+    """Computes the clearance of the true outline, which need not be convex.
 
-    `inner` is the radius in m of the largest circle about the outline's middle that is inside it, and `outer`
-    that of the smallest circle around it. Only poses between the two need the points of the outline."""
+    `middle` is the middle of a circle inside the outline with the radius `inner` in m, and `outer` is the
+    radius of the smallest circle about the same middle around the outline. Only poses between the two need
+    the points of the outline."""
 
     def __init__(self, outline: Outline, spacing: float) -> None:
         """`spacing`: the largest distance in m between two points at which the outline is checked."""
-        self.middle = outline.middle
-        points = _along(outline.corners, spacing)
+        points = np.concatenate([_along(polygon, spacing) for polygon in outline.polygons])
+        if outline.pieces:
+            points = points[~outline.grown(-1e-6).holds(points)]
+            self.middle, self.inner = _circles_inside(outline, points)[0]
+        else:
+            self.middle = outline.middle
+            normals, offsets = edges(outline.corners)
+            self.inner = float((offsets - self.middle @ normals).min())
         self._points = points
-        off = points - self.middle
-        self.outer = float(np.hypot(*off.T).max())
-        edges = np.roll(outline.corners, -1, axis=0) - outline.corners
-        across = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.hypot(*edges.T)[:, None]
-        self.inner = float(((outline.corners - self.middle) * across).sum(axis=1).min())
+        self.outer = float(np.hypot(*(points - self.middle).T).max())
+        # a thin post inside of a long robot may be far from its sides
+        self._circles = _circles_inside(outline, points)[1:] if self.outer > _LONG * self.inner else []
 
     def of(self, field: DistanceField, x: Positions, y: Positions, yaw: Positions) -> NDArray[np.float32]:
         """The clearance in m at poses of the base (arrays of one shape), negative inside an obstacle.
@@ -45,8 +56,29 @@ class FootprintClearance:
             c, s, cx, cy = (values.ravel()[exact] for values in (cos, sin, x, y))
             px, py = self._points.astype(cos.dtype).T[..., None]
             at_points = field.at(cx + (c * px - s * py), cy + (s * px + c * py))
-            clearance.ravel()[exact] = np.minimum.reduce(at_points, axis=0)
+            nearest = np.minimum.reduce(at_points, axis=0)
+            for (ox, oy), radius in self._circles:
+                there = field.at(cx + (c * ox - s * oy), cy + (s * ox + c * oy))
+                np.minimum(nearest, there - np.float32(radius), out=nearest)
+            clearance.ravel()[exact] = nearest
         return clearance
+
+
+def _circles_inside(outline: Outline, boundary: Values) -> list[tuple[Values, float]]:
+    """The largest circles inside an outline whose middles are not in each other: their middles and radii in
+    m."""
+    (left, low), (right, high) = outline.corners.min(axis=0), outline.corners.max(axis=0)
+    x, y = np.meshgrid(np.linspace(left, right, _RASTER), np.linspace(low, high, _RASTER))
+    places = np.stack([x.ravel(), y.ravel()], axis=1)
+    places = places[outline.holds(places)]
+    room = np.hypot(*(places[:, None] - boundary).transpose(2, 0, 1)).min(axis=1)
+    circles: list[tuple[Values, float]] = []
+    while len(places) and len(circles) < _MOST_CIRCLES:
+        best = int(room.argmax())
+        circles.append((places[best], float(room[best])))
+        is_apart = np.hypot(*(places - places[best]).T) > room[best]
+        places, room = places[is_apart], room[is_apart]
+    return circles
 
 
 def _along(corners: Values, spacing: float) -> Values:
