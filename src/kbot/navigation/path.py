@@ -25,12 +25,14 @@ class Path:
     yaw     heading at the end in rad, None for any heading
     frame   of the points
     margin  free room in m beside the robot on the path, None if unknown
+    yaws    heading of the robot at each point (n,) in rad; None for a robot that looks along the path
     """
 
     points: NDArray[np.float64]
     yaw: float | None = None
     frame: str = "map"
     margin: float | None = None
+    yaws: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 2 or not len(self.points):
@@ -39,6 +41,8 @@ class Path:
             )
         if not np.isfinite(self.points).all():
             raise KbotError("the points of a path must be finite numbers")
+        if self.yaws is not None and self.yaws.shape != self.points.shape[:1]:
+            raise KbotError(f"a path of {len(self.points)} points needs as many yaws, not {len(self.yaws)}")
 
     @classmethod
     def through(cls, points: ArrayLike, yaw: float | None = None, frame: str = "map") -> Path:
@@ -67,7 +71,12 @@ class Path:
         return x, y
 
     def headings(self) -> list[float]:
-        """The direction of the path at each point, and `yaw` at the last; rad."""
+        """The robot's heading at each point; rad.
+
+        Without `yaws`, it is the direction of the path, and `yaw` at the last point."""
+        if self.yaws is not None:
+            headings: list[float] = self.yaws.tolist()
+            return headings
         ahead = [math.atan2(y, x) for x, y in np.diff(self.points, axis=0).tolist()]
         return [*ahead, self.yaw if self.yaw is not None else (ahead[-1] if ahead else 0.0)]
 
@@ -75,7 +84,8 @@ class Path:
         """The same path in another frame, whose pose in this path's frame is `place`."""
         inverse = place.inverse()
         yaw = None if self.yaw is None else self.yaw + inverse.yaw
-        return Path(inverse.apply(self.points), yaw, frame, self.margin)
+        yaws = None if self.yaws is None else self.yaws + inverse.yaw
+        return Path(inverse.apply(self.points), yaw, frame, self.margin, yaws)
 
     def to_message(self, stamp: msg.Time = START) -> nav.Path:
         """nav_msgs/Path."""

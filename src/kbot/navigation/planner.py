@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,55 @@ class NoPath:
     reason: str
 
 
+class Planner(Protocol):
+    """Plans paths over a grid."""
+
+    grid: OccupancyGrid
+
+    def with_obstacles(self, points: NDArray[np.float64]) -> Planner:
+        """The same planner with the cells of points (n, 2) in m occupied; points off the grid are ignored."""
+        ...
+
+    def plan(self, start: PlanarPose, goal: PlanarPose, any_heading: bool = False) -> Path | NoPath:
+        """The shortest path from a pose to the goal; `any_heading`: the goal's yaw does not matter."""
+        ...
+
+
+def occupied_cells(grid: OccupancyGrid, unknown_is_free: bool) -> Cells:
+    """The cells of a grid that a robot may not enter."""
+    taken: Cells = grid.cells >= FREE_BELOW
+    return taken if unknown_is_free else taken | (grid.cells == UNKNOWN)
+
+
+def with_points(grid: OccupancyGrid, points: NDArray[np.float64]) -> OccupancyGrid:
+    """A grid with the cells of points (n, 2) in m occupied; points off the grid are ignored."""
+    cells = grid.cells.copy()
+    for x, y in points.tolist():
+        row, column = grid.cell(x, y)
+        if grid.contains(row, column):
+            cells[row, column] = OCCUPIED
+    return OccupancyGrid(cells, grid.resolution, grid.origin, grid.frame)
+
+
+def refusal_of_cells(
+    grid: OccupancyGrid, blocked: Cells, start: PlanarPose, goal: PlanarPose
+) -> NoPath | None:
+    """Why no robot can drive from start to goal, if one of them is in a cell where no robot can be."""
+    first, last = grid.cell(start.x, start.y), grid.cell(goal.x, goal.y)
+    if not grid.contains(*last):
+        reach = _words_of_bounds(grid, (0, 0), (grid.rows - 1, grid.columns - 1))
+        return NoPath(Refusal.GOAL_OUTSIDE, f"the goal is outside the map ({reach})")
+    if not grid.contains(*first):
+        return NoPath(Refusal.START_OUTSIDE, "the robot is outside the map")
+    if blocked[last]:
+        if grid.cells[last] == UNKNOWN:
+            return NoPath(Refusal.GOAL_UNKNOWN, "the goal is on unknown ground of the map")
+        return NoPath(Refusal.GOAL_BLOCKED, "the goal is inside an obstacle")
+    if blocked[first]:
+        return NoPath(Refusal.START_BLOCKED, "the robot is inside an obstacle of the map")
+    return None
+
+
 class GridPlanner:
     """Plans paths over one grid for a robot of one radius. The first plan makes tables that later ones
     use."""
@@ -80,19 +130,12 @@ class GridPlanner:
         self.margins = tuple(sorted(margins, reverse=True))
         self.unknown_is_free = unknown_is_free
         self._make_finer = finer
-        taken = grid.cells >= FREE_BELOW
-        self._blocked: Cells = taken if unknown_is_free else taken | (grid.cells == UNKNOWN)
+        self._blocked = occupied_cells(grid, unknown_is_free)
         self._layers = [_Layer(self._blocked, m, self._reach(m)) for m in self.margins]
 
     def with_obstacles(self, points: NDArray[np.float64]) -> GridPlanner:
         """The same planner with the cells of points (n, 2) in m occupied; points off the grid are ignored."""
-        cells = self.grid.cells.copy()
-        for x, y in points.tolist():
-            row, column = self.grid.cell(x, y)
-            if self.grid.contains(row, column):
-                cells[row, column] = OCCUPIED
-        grid = OccupancyGrid(cells, self.grid.resolution, self.grid.origin, self.grid.frame)
-        return GridPlanner(grid, self.radius, self.margins, self.unknown_is_free)
+        return GridPlanner(with_points(self.grid, points), self.radius, self.margins, self.unknown_is_free)
 
     @cached_property
     def _finer(self) -> GridPlanner | None:
@@ -105,10 +148,11 @@ class GridPlanner:
         cell."""
         return (self.radius + margin) / self.grid.resolution + 0.5
 
-    def plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
+    def plan(self, start: PlanarPose, goal: PlanarPose, any_heading: bool = False) -> Path | NoPath:
         """The shortest path from the robot's pose to the goal, ending with the goal's heading.
 
-        If the robot is too near an obstacle, the path begins at the nearest free cell.
+        A robot that turns on the spot reaches every heading, so `any_heading` does not change the path. If
+        the robot is too near an obstacle, the path begins at the nearest free cell.
         """
         found = self._plan(start, goal)
         if (
@@ -156,7 +200,7 @@ class GridPlanner:
     def _plan(self, start: PlanarPose, goal: PlanarPose) -> Path | NoPath:
         grid = self.grid
         first, last = grid.cell(start.x, start.y), grid.cell(goal.x, goal.y)
-        refused = self._refuse(first, last)
+        refused = refusal_of_cells(grid, self._blocked, start, goal)
         if refused is not None:
             return refused
         for layer in self._layers:
@@ -177,21 +221,6 @@ class GridPlanner:
         return NoPath(
             Refusal.UNREACHABLE, f"no path wide enough for the robot leads to the goal {_words(goal)}"
         )
-
-    def _refuse(self, first: Cell, last: Cell) -> NoPath | None:
-        grid = self.grid
-        if not grid.contains(*last):
-            reach = _words_of_bounds(grid, (0, 0), (grid.rows - 1, grid.columns - 1))
-            return NoPath(Refusal.GOAL_OUTSIDE, f"the goal is outside the map ({reach})")
-        if not grid.contains(*first):
-            return NoPath(Refusal.START_OUTSIDE, "the robot is outside the map")
-        if self._blocked[last]:
-            if grid.cells[last] == UNKNOWN:
-                return NoPath(Refusal.GOAL_UNKNOWN, "the goal is on unknown ground of the map")
-            return NoPath(Refusal.GOAL_BLOCKED, "the goal is inside an obstacle")
-        if self._blocked[first]:
-            return NoPath(Refusal.START_BLOCKED, "the robot is inside an obstacle of the map")
-        return None
 
     def _path(self, start: PlanarPose, goal: PlanarPose, first: Cell, way: list[Cell], margin: float) -> Path:
         points = self.grid.centers(way)
