@@ -255,7 +255,7 @@ def _wheel(name, x, y, parent="base"):
       <origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>"""
 
 
-def test_goals_of_a_steered_robot_are_refused_with_a_reason():
+def test_a_goal_of_a_steered_robot_is_reached_by_reversing():
     inertial = """<inertial><mass value="2"/><origin xyz="0.1 0 0.05"/><inertia ixx=".01" iyy=".01" izz=".01"
       ixy="0" ixz="0" iyz="0"/></inertial>"""
     text = f"""<robot name="trike"><link name="base">{inertial}</link>
@@ -265,8 +265,12 @@ def test_goals_of_a_steered_robot_are_refused_with_a_reason():
       <origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="50" velocity="9"/></joint>
       {_wheel("front", 0, 0, "fork")}</robot>"""
     simulation = Simulation(load_robot_text(text, "r.urdf").require())
-    with pytest.raises(KbotError, match="steers: goals are only planned for robots that turn on the spot"):
-        Goals(simulation).go(PlanarPose(1.0, 0.0))
+    goals = Goals(simulation)
+    goals.go(PlanarPose(-0.3, 0.2, 0.5))
+    simulation.run(30.0)
+    assert goals.status == "reached", goals.status
+    pose = simulation.ground_truth.pose
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx((-0.3, 0.2, 0.5), abs=0.021)
 
 
 @pytest.mark.parametrize("x", [1e308, -2e6])

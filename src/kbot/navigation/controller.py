@@ -65,6 +65,17 @@ class Observation:
         """The same observation with the pose of a point of the base's frame instead of the base's pose."""
         return replace(self, pose=self.pose @ point)
 
+    def seen_from(self, point: PlanarPose) -> Observation:
+        """The same observation with all that it has of the base for a point that is fixed to the base."""
+        if point == PlanarPose():
+            return self
+        motion, inverse = self.twist, point.inverse()
+        x, y = motion.x - motion.yaw * point.y, motion.y + motion.yaw * point.x
+        ahead, left = PlanarPose(0.0, 0.0, point.yaw).local(x, y)
+        obstacles = None if self.obstacles is None else inverse.apply(self.obstacles)
+        moved = PlanarTwist(ahead, left, motion.yaw)
+        return replace(self, pose=self.pose @ point, twist=moved, obstacles=obstacles)
+
 
 class Controller(Protocol):
     """Called at a steady rate with an observation; returns the twist to command."""

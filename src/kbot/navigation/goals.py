@@ -11,11 +11,11 @@ from typing import Protocol
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
-from kbot.navigation.footprint import outline, turning_radius
 from kbot.navigation.goal_status import GoalReport
+from kbot.navigation.mobility import Mobility, mobility
 from kbot.navigation.navigator import DEFAULTS, Navigator, NavigatorSettings
 from kbot.navigation.path import Path
-from kbot.navigation.planner import GridPlanner
+from kbot.navigation.planner import Planner
 from kbot.navigation.simulated import (
     RATE,
     LidarPoints,
@@ -23,7 +23,6 @@ from kbot.navigation.simulated import (
     PoseSource,
     describe_fall,
     level_lidar,
-    require_turning,
     robot_planner,
 )
 from kbot.sensors.lidar import LidarSensor
@@ -97,9 +96,9 @@ class Goals:
         self._make_driver = make_driver
         self._rate = RATE
         self._pose_source: PoseSource = "ground_truth"
-        self._making: Future[GridPlanner] | None = None
+        self._making: Future[Planner] | None = None
         self._seen: LidarPoints | None = None
-        self._radius = 0.0
+        self._moves: Mobility | None = None
         self._is_set_up = False
         self._pilot: Pilot | None = None
         self._prepared: PlanarPose | None = None
@@ -245,24 +244,25 @@ class Goals:
             driver = self._make_driver(self._simulation)
             self._driver, self._rate, self._pose_source = driver, driver.rate, "odometry"
         else:
-            robot, base = self._simulation.robot, require_turning(self._simulation).base
-            self._radius = turning_radius(robot, base)
+            self._moves = mobility(self._simulation)
+            self._navigator.guidance = self._moves.guidance
         lidar = self._lidar or level_lidar(self._simulation)
         if lidar is not None:
             self._seen = LidarPoints(lidar)
-            if self._make_driver is None:
-                self._navigator.guard_with_lidar(outline(robot, base), lidar.spec.rate)
+            if self._moves is not None:
+                self._navigator.guard_with_lidar(self._moves.outline, lidar.spec.rate)
         self._is_set_up = True
 
-    def _make(self, around: list[tuple[float, float]]) -> GridPlanner:
+    def _make(self, around: list[tuple[float, float]]) -> Planner:
         """Raises KbotError: the world is too large for a map."""
+        moves = self._moves or mobility(self._simulation)
         if self._given is not None:
-            return GridPlanner(self._given, self._radius)
-        return robot_planner(self._simulation, around)
+            return moves.planner(self._given)
+        return robot_planner(self._simulation, around, moves)
 
     def _make_and_try(
-        self, planner: GridPlanner | None, places: list[PlanarPose], around: list[tuple[float, float]]
-    ) -> GridPlanner:
+        self, planner: Planner | None, places: list[PlanarPose], around: list[tuple[float, float]]
+    ) -> Planner:
         """A planner that has already made its tables, for a path from the first to the last of the places."""
         planner = planner or self._make(around)
         planner.plan(places[0], places[-1])
@@ -279,7 +279,7 @@ class Goals:
         if self._pilot is not None and goal is not None and goal != self._prepared:
             self.prepare(goal)
 
-    def _take(self, result: Callable[[], GridPlanner]) -> None:
+    def _take(self, result: Callable[[], Planner]) -> None:
         try:
             self._navigator.planner = result()
         except KbotError as error:

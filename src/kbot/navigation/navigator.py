@@ -16,7 +16,7 @@ from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path
-from kbot.navigation.planner import GridPlanner, NoPath
+from kbot.navigation.planner import NoPath, Planner
 from kbot.navigation.pure_pursuit import RegulatedPurePursuit
 from kbot.sim.numbers import FURTHEST
 from kbot.text import KbotError
@@ -130,10 +130,24 @@ class NavigatorSettings:
 
 DEFAULTS = NavigatorSettings()
 
+_MOST_CUSPS = 6
+"""The time limit of a path with headings allows for as many stops."""
 _BACKWARDS = 0.1
 """Speed in m/s with which the robot backs up."""
 _BASE = PlanarPose()
 """The base's origin in the base's frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guidance:
+    """How a base that steers or drives sideways is guided along paths with headings.
+
+    point     the point of the base's frame that follows the path
+    follower  makes the controller that follows a path
+    """
+
+    point: PlanarPose
+    follower: Callable[[Path, ControllerLimits], PathFollower]
 
 
 def require_goal(goal: PlanarPose) -> None:
@@ -172,17 +186,20 @@ class Navigator:
 
     def __init__(
         self,
-        planner: GridPlanner | None,
+        planner: Planner | None,
         settings: NavigatorSettings = DEFAULTS,
         outline: Outline | None = None,
         follower: Callable[[Path, ControllerLimits], PathFollower] = follow,
+        guidance: Guidance | None = None,
     ) -> None:
         """Drive to goals.
 
         Args: planner: finds paths; without one every goal is refused. settings: limits for each goal.
         outline: of the robot; if given, the robot stops before obstacles that a lidar detects, and while the
-        lidar is silent. follower: makes the controller that follows a path."""
+        lidar is silent. follower: makes the controller that follows a path. guidance: of a base that does
+        not turn on the spot to follow a path; the outline is then in the frame of its point."""
         self.planner, self.settings = planner, settings
+        self.guidance = guidance
         self.path: Path | None = None
         self.status: GoalReport | None = None
         self._make_follower = follower
@@ -228,6 +245,8 @@ class Navigator:
             self._end(GoalState.REFUSED, reason)
 
     def update(self, observation: Observation) -> Twist:
+        if self.guidance is not None:
+            return self._update(observation.seen_from(self.guidance.point))
         wanted = self._update(observation)
         self._turning_centre.watch(observation, wanted)
         return wanted
@@ -276,20 +295,30 @@ class Navigator:
         """Once the robot is at rest, end the goal if it is reached, else plan a correction."""
         if not observation.is_at_rest:
             return STILL
-        limits, pose = self.settings.limits, observation.pose
-        off = math.hypot(run.goal.x - pose.x, run.goal.y - pose.y)
-        turned = abs(wrapped(run.goal.yaw - pose.yaw))
+        limits, pose, goal = self.settings.limits, observation.pose, self._goal_of_point(run)
+        off = math.hypot(goal.x - pose.x, goal.y - pose.y)
+        turned = abs(wrapped(goal.yaw - pose.yaw))
         if off <= limits.distance and turned <= limits.angle:
             return self._end(GoalState.REACHED, "")
         if run.corrections >= self.settings.corrections:
             return self._end(
                 GoalState.STUCK,
                 f"{off * 1000:.0f} mm and {math.degrees(turned):.1f} degrees from the goal after "
-                f"{run.corrections} corrections: the robot drifts when it turns on the spot",
+                f"{run.corrections} corrections: {self._why_off}",
             )
         run.corrections += 1
         run.follower = None
         return STILL
+
+    @property
+    def _why_off(self) -> str:
+        if self.guidance is None:
+            return "the robot drifts when it turns on the spot"
+        return "the robot does not follow its path exactly enough"
+
+    def _goal_of_point(self, run: _Run) -> PlanarPose:
+        """The goal of the point that the observations are of."""
+        return run.goal if self.guidance is None else run.goal @ self.guidance.point
 
     def _guarded(self, observation: Observation, wanted: Twist) -> Twist:
         return wanted if self._guard is None else self._guard.guard(observation, wanted)
@@ -304,9 +333,11 @@ class Navigator:
             # then on the map alone: what the lidar detected may have been in the way only for a while
             planners.insert(0, self.planner.with_obstacles(observation.pose.apply(observation.obstacles)))
         run.learned = self._turning_centre.in_base
+        any_heading = self.settings.limits.angle >= math.pi
+        goal = self._goal_of_point(run)
         # then for the base: the planner's radius is that of a turn about the base's origin
         for planner, point in dict.fromkeys(product(planners, (run.learned, _BASE))):
-            path = planner.plan(observation.pose @ point, run.goal @ point)
+            path = planner.plan(observation.pose @ point, goal @ point, any_heading)
             run.guided = point
             if isinstance(path, Path):
                 break
@@ -317,7 +348,8 @@ class Navigator:
         run.follower = self._follower(run, path)
         if math.isinf(run.deadline):
             limits, settings = self.settings.limits, self.settings
-            needed = path.length / limits.linear + len(path.points) * math.pi / limits.angular
+            turns = len(path.points) if path.yaws is None else _MOST_CUSPS
+            needed = path.length / limits.linear + turns * math.pi / limits.angular
             bound = self._timeout or settings.slack * needed + settings.grace
             run.deadline = run.begun + bound
         self._progress.begin(observation.time)
@@ -327,13 +359,14 @@ class Navigator:
     def _follower(self, run: _Run, path: Path) -> PathFollower:
         """The controller for a path. A correction is driven gently, and backwards if the goal is behind."""
         limits = self.settings.limits
+        make = self._make_follower if self.guidance is None else self.guidance.follower
         if not run.corrections:
-            return self._make_follower(path, limits)
+            return make(path, limits)
         # a robot that missed the goal brakes less than its limits: half the speed and a quarter of the
         # braking give the same stopping distance, with a braking that the robot can reach
         gentle = replace(limits, linear=limits.linear / 2.0, braking=limits.braking / 4.0)
-        is_straight = len(path.points) == 2
-        return GoToPose(run.goal @ run.guided, gentle) if is_straight else self._make_follower(path, gentle)
+        is_straight = path.yaws is None and len(path.points) == 2
+        return GoToPose(run.goal @ run.guided, gentle) if is_straight else make(path, gentle)
 
     def _recover(self, run: _Run, observation: Observation) -> Twist:
         """Back up and plan again around what the lidar detects; after `attempts` times the robot is stuck."""
@@ -344,7 +377,8 @@ class Navigator:
                 GoalState.STUCK, f"{what}: tried {run.attempts + 1} times, {self._left(run)} left"
             )
         run.attempts += 1
-        run.backing_until = observation.time + self.settings.back_up / _BACKWARDS
+        if self.guidance is None:  # other bases plan a way out, backwards if that is free
+            run.backing_until = observation.time + self.settings.back_up / _BACKWARDS
         run.follower = None
         return STILL
 

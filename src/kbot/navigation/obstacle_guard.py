@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.planar_pose import arc
-from kbot.messages import Twist
-from kbot.navigation.controller import STILL, Controller, Observation, twist
+from kbot.kinematics.planar_pose import PlanarPose, arc
+from kbot.messages import Twist, Vector3
+from kbot.navigation.controller import STILL, Controller, Observation
 from kbot.navigation.footprint import Outline
 
 _LEAST_SHARE = 0.05
@@ -61,16 +61,22 @@ class ObstacleGuard:
                 self.silent_since = observation.time
             return STILL
         self.silent_since = None
-        v, w = wanted.linear.x, wanted.angular.z
-        share = self._allowed(observation.obstacles, v, w) if v or w else 1.0
-        if share >= _LEAST_SHARE or not (v or w):
+        v, u, w = wanted.linear.x, wanted.linear.y, wanted.angular.z
+        # a robot that drives sideways drives an arc in this direction of its base
+        way = PlanarPose(0.0, 0.0, math.atan2(u, v)) if u else PlanarPose()
+        speed = math.hypot(v, u) if u else v
+        share = self._allowed(observation.obstacles, way, speed, w) if speed or w else 1.0
+        if share >= _LEAST_SHARE or not (speed or w):
             self.blocked_since = None
         elif self.blocked_since is None:
             self.blocked_since = observation.time
-        return twist(v * share, w * share) if share >= _LEAST_SHARE else STILL
+        if share < _LEAST_SHARE:
+            return STILL
+        return Twist(Vector3(v * share, u * share, 0.0), Vector3(0.0, 0.0, w * share))
 
-    def _allowed(self, points: NDArray[np.float64], v: float, w: float) -> float:
+    def _allowed(self, points: NDArray[np.float64], way: PlanarPose, v: float, w: float) -> float:
         """The share of a twist from which the robot still stops before the first point on its arc."""
+        back = way.inverse()
         points = points[~self.outline.holds(points)]
         horizon = abs(v) / self.braking + _REACTION
         speed = abs(v) + abs(w) * self._reach
@@ -81,7 +87,7 @@ class ObstacleGuard:
         steps = max(2, math.ceil(speed * horizon / _STEP))
         for step in range(1, steps + 1):
             time = horizon * step / steps
-            pose = arc(v * time, w * time)
+            pose = way @ arc(v * time, w * time) @ back
             moved = np.stack(pose.local(near[:, 0], near[:, 1]), axis=1)
             hit = self._near.holds(moved)
             # a point that is already within the margin must not keep the robot from driving away from it

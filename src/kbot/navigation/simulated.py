@@ -10,16 +10,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive
+from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages.sensing import LaserScan
 from kbot.navigation.arrival_watch import ArrivalWatch
 from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.controller import Controller, Observation, wrapped
-from kbot.navigation.footprint import height, outline, turning_radius
 from kbot.navigation.goal_status import GoalReport, GoalState
+from kbot.navigation.mobility import BaseKind, Mobility, mobility
 from kbot.navigation.navigator import DEFAULTS, Navigator, NavigatorSettings, require_goal
-from kbot.navigation.planner import GridPlanner
+from kbot.navigation.planner import Planner
+from kbot.navigation.simulated_shape import world_without_loads
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation
@@ -47,45 +48,29 @@ UPRIGHT = math.cos(math.radians(60.0))
 """Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
 
 
-def robot_planner(simulation: Simulation, around: Sequence[tuple[float, float]]) -> GridPlanner:
+def robot_planner(
+    simulation: Simulation, around: Sequence[tuple[float, float]], moves: Mobility | None = None
+) -> Planner:
     """A planner on the map of a simulation's world, which reaches `MARGIN` beyond the points `around` (m). If
     the map shows no way, the planner uses a map with smaller cells.
 
+    `moves` is how the robot moves now, if it is known. What the robot carries is not on the map.
+
     Raises:
-        KbotError: the robot cannot drive, steers or has no size, or the world is too large for a map.
+        KbotError: the robot cannot drive or has no size, or the world is too large for a map.
     """
-    base = require_turning(simulation).base
+    moves = moves or mobility(simulation)
     low, high = HEIGHTS
-    robot, world = simulation.robot, simulation.world
-    heights = low, max(high, height(robot, base))
-    grid = world_grid(world, heights=heights, around=around, margin=MARGIN, most_cells=MOST_CELLS)
+    world = world_without_loads(simulation)
+    heights = low, max(high, moves.shape.height)
+    room = moves.shape.radius + (2.0 * moves.steering.radius if moves.steering is not None else 0.0)
+    margin = MARGIN if moves.kind is BaseKind.TURNS else max(MARGIN, room)
+    grid = world_grid(world, heights=heights, around=around, margin=margin, most_cells=MOST_CELLS)
 
     def finer() -> OccupancyGrid:
         return world_grid(world, FINE, heights, around, most_cells=MOST_FINE_CELLS)
 
-    return GridPlanner(grid, turning_radius(robot, base), finer=finer)
-
-
-def require_turning(simulation: Simulation) -> DifferentialDrive:
-    """The drive of a robot that can follow a path.
-
-    Raises: KbotError: the robot does not drive, it steers and so cannot turn on the spot at a corner of a
-    path, or it does not move as commanded."""
-    drive, name = simulation.robots.first.drive, simulation.robots.first.name
-    if isinstance(drive, NoDrive):
-        raise KbotError(f"robot '{name}' cannot drive: {drive.reason}")
-    reason = why_no_goals(drive)
-    if reason:
-        raise KbotError(f"robot '{name}' {reason}")
-    return drive
-
-
-def why_no_goals(drive: DifferentialDrive) -> str:
-    """Why a robot with this drive cannot follow a path to a goal; empty if it can."""
-    if isinstance(drive, SteeredDrive) and not drive.turns_in_place:
-        return "steers: goals are only planned for robots that turn on the spot"
-    mistakes = list(drive.mistakes.values())
-    return f"cannot follow a path: {mistakes[0]}" if mistakes else ""
+    return moves.planner(grid, finer)
 
 
 def level_lidars(simulation: Simulation) -> list[LidarSensor]:
@@ -267,14 +252,11 @@ def go_to(
     if navigator is None:
         here = simulation.ground_truth.pose
         around = (here.x, here.y), (goal.x, goal.y)
-        robot, base = simulation.robot, require_turning(simulation).base
-        if grid is None:
-            planner = robot_planner(simulation, around)
-        else:
-            planner = GridPlanner(grid, turning_radius(robot, base))
-        navigator = Navigator(planner, settings)
+        moves = mobility(simulation)
+        planner = robot_planner(simulation, around, moves) if grid is None else moves.planner(grid)
+        navigator = Navigator(planner, settings, guidance=moves.guidance)
         if lidar is not None:
-            navigator.guard_with_lidar(outline(robot, base), lidar.spec.rate)
+            navigator.guard_with_lidar(moves.outline, lidar.spec.rate)
     begun = simulation.time
     status = navigator.go(goal, timeout)
     odometer = _Odometer(simulation)

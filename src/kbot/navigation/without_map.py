@@ -15,7 +15,6 @@ from kbot.messages.sensing import Imu, LaserScan
 from kbot.navigation.arrival_watch import ArrivalWatch
 from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.controller import GENTLE, Observation
-from kbot.navigation.footprint import outline
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.local.attitude import Attitude
 from kbot.navigation.local.local_navigator import LocalNavigator, LocalSettings
@@ -24,7 +23,8 @@ from kbot.navigation.local.motion_watch import MotionWatch
 from kbot.navigation.local.pose_estimate import PoseEstimate
 from kbot.navigation.local.rolling_grid import SensorPlace
 from kbot.navigation.local.scan_matching import Match, ScanMatcher
-from kbot.navigation.simulated import Trip, level_lidars, require_turning
+from kbot.navigation.mobility import BaseKind, mobility
+from kbot.navigation.simulated import Trip, level_lidars
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.imu import ImuSensor
 from kbot.sensors.lidar import LidarSensor, scan_points
@@ -109,7 +109,7 @@ class LocalPilot:
         odometry: Callable[[], Motion] | None = None,
     ) -> None:
         """`odometry` replaces the robot's wheel odometry."""
-        base = require_turning(simulation).base
+        base = mobility(simulation).base
         self._simulation, self._navigator = simulation, navigator
         self._wheels = _WheelOdometry(simulation)
         self._odometry = odometry or self._wheels
@@ -194,8 +194,9 @@ def local_navigator(
 
     Raises: KbotError: the robot cannot drive, steers, has no size or no level lidar, or a speed is not above
     0."""
-    base = require_turning(simulation).base
-    robot = simulation.robots.first
+    robot, moves = simulation.robots.first, mobility(simulation)
+    if moves.kind is BaseKind.STEERS:
+        raise KbotError(f"robot '{robot.name}' steers, which a goal without a map does not support")
     lidars = level_lidars(simulation)
     if not lidars:
         raise KbotError(
@@ -204,7 +205,7 @@ def local_navigator(
         )
     rate = min(lidar.spec.rate for lidar in lidars)
     limits = motion_limits(robot, max_speed)
-    return LocalNavigator(outline(robot.robot, base), limits, rate, settings, simulation.seed), lidars
+    return LocalNavigator(moves.shape.outline, limits, rate, settings, simulation.seed), lidars
 
 
 def go_to_without_map(

@@ -19,7 +19,7 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import Box, Capsule, Cylinder, RobotModel, Sphere
 from kbot.navigation.footprint import corners_of_shapes, height, outline, turning_radius
-from kbot.navigation.simulated import why_no_goals
+from kbot.navigation.mobility import why_no_goals
 from kbot.sim.drive.drive_controller import twist_controller
 from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.twist_controller import Twist, TwistController
@@ -108,7 +108,10 @@ class RobotFacts:
 
     @property
     def why_no_goals(self) -> str:
-        """Why it cannot follow a path to a goal; empty if it can."""
+        """Why it does not drive to the goals of the batteries, whose worlds are as wide as its turning
+        circle; empty if it does."""
+        if not self.turns_in_place:
+            return "steers: the passages are only wide enough for robots that turn on the spot"
         return why_no_goals(self.drive)
 
     @property

@@ -1,0 +1,133 @@
+"""How a simulated robot's base moves, and the planner and the follower that suit it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive
+from kbot.kinematics.planar_pose import PlanarPose
+from kbot.navigation.controller import ControllerLimits
+from kbot.navigation.footprint import Outline, RobotShape
+from kbot.navigation.holonomic_follower import HolonomicFollower
+from kbot.navigation.navigator import Guidance, PathFollower
+from kbot.navigation.path import Path
+from kbot.navigation.planner import GridPlanner, Planner
+from kbot.navigation.pose_planner import PosePlanner, holonomic, steered
+from kbot.navigation.simulated_shape import simulated_shape
+from kbot.navigation.steered_follower import SteeredFollower, Steering
+from kbot.sim import Simulation
+from kbot.text import KbotError
+from kbot.world.occupancy import OccupancyGrid
+
+RESERVE = 1.05
+"""Paths have a turning radius that is this many times the least one, so that the base can still correct its
+course in a curve."""
+_TURNING = 0.3
+"""A base that drives sideways moves its furthest point by a metre when it turns by 1 / radius. This share of
+it counts as length: enough to avoid turns without a use, too little for a detour."""
+
+
+_ORIGIN = PlanarPose()
+
+
+class BaseKind(StrEnum):
+    """How a base moves: it turns on the spot, it has a least turning radius, or it drives in every
+    direction."""
+
+    TURNS = "turns"
+    STEERS = "steers"
+    SIDEWAYS = "sideways"
+
+
+@dataclass(frozen=True, eq=False)
+class Mobility:
+    """What navigation needs to know about a base.
+
+    base      its link
+    shape     of the robot with its load, in the frame of the base
+    point     the point that commands move, in the frame of the base: the middle of the axle of a base that
+              steers or drives sideways
+    steering  of a base with a least turning radius
+    """
+
+    kind: BaseKind
+    base: str
+    shape: RobotShape
+    point: PlanarPose = _ORIGIN
+    steering: Steering | None = None
+
+    @property
+    def outline(self) -> Outline:
+        """The robot's outline in the frame of `point`."""
+        return self.shape.outline.seen_from(self.point)
+
+    @property
+    def guidance(self) -> Guidance | None:
+        """How a navigator guides the base; None for one that turns on the spot."""
+        if self.kind is BaseKind.TURNS:
+            return None
+        return Guidance(self.point, self._follower)
+
+    def planner(self, grid: OccupancyGrid, finer: Callable[[], OccupancyGrid] | None = None) -> Planner:
+        """A planner for the base. `finer` makes a map with smaller cells, for narrow ways."""
+        if self.kind is BaseKind.TURNS:
+            return GridPlanner(grid, self.shape.radius, finer=finer)
+        if self.steering is not None:
+            return PosePlanner(grid, self.outline, steered(RESERVE * self.steering.radius))
+        return PosePlanner(grid, self.outline, holonomic(_TURNING * self.shape.radius))
+
+    def _follower(self, path: Path, limits: ControllerLimits) -> PathFollower:
+        if self.steering is not None:
+            return SteeredFollower(path, self.steering, limits)
+        return HolonomicFollower(path, limits)
+
+
+def mobility(simulation: Simulation) -> Mobility:
+    """How a simulation's first robot moves, with its load as it is now.
+
+    Raises:
+        KbotError: the robot does not drive, does not move as commanded, or has no size.
+    """
+    robot = simulation.robots.first
+    drive = robot.drive
+    if isinstance(drive, NoDrive):
+        raise KbotError(f"robot '{robot.name}' cannot drive: {drive.reason}")
+    reason = why_no_goals(drive)
+    if reason:
+        raise KbotError(f"robot '{robot.name}' {reason}")
+    shape = simulated_shape(simulation)
+    if isinstance(drive, HolonomicDrive | SteeredDrive) and drive.sideways:
+        return Mobility(BaseKind.SIDEWAYS, drive.base, shape, drive.axle_in_base_planar)
+    if isinstance(drive, SteeredDrive) and not drive.turns_in_place:
+        settings = robot.settings
+        commanded = settings.with_controller_sizes(drive) if settings is not None else drive
+        steering = _steering(commanded if isinstance(commanded, SteeredDrive) else drive)
+        return Mobility(BaseKind.STEERS, drive.base, shape, drive.axle_in_base_planar, steering)
+    return Mobility(BaseKind.TURNS, drive.base, shape)
+
+
+def why_no_goals(drive: DifferentialDrive) -> str:
+    """Why a robot with this drive cannot follow a path to a goal; empty if it can."""
+    if isinstance(drive, SteeredDrive) and not drive.turns_in_place and _curvature(drive) <= 0.0:
+        return "cannot follow a path: its wheels do not steer to both sides"
+    mistakes = list(drive.mistakes.values())
+    return f"cannot follow a path: {mistakes[0]}" if mistakes else ""
+
+
+def _curvature(drive: SteeredDrive) -> float:
+    """The curvature (1/m) of the sharpest curve that the base drives to both sides."""
+    right, left = drive.curvatures
+    return min(-right, left)
+
+
+def _steering(drive: SteeredDrive) -> Steering:
+    curvature = _curvature(drive)
+    times = [0.0]
+    for module in drive.modules:
+        if module.steering is not None and math.isfinite(module.rate):
+            left, right = (module.steer(1.0, 0.0, side * curvature, 0.0) for side in (1.0, -1.0))
+            times.append(abs(left - right) / module.rate)
+    return Steering(1.0 / curvature, max(times) + 0.1)
