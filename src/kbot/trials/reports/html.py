@@ -1,6 +1,6 @@
 """Writes the results of trials as one HTML file, which needs no network and no JavaScript.
 
-Names and texts come from files of strangers: all text passes `_text`. The policy in the page allows no
+Names and texts come from files of strangers: all text passes `escaped`. The policy in the page allows no
 script, no address, and no style but its own.
 """
 
@@ -73,10 +73,10 @@ def html_report(results: Sequence[TrialResult], title: str = "KBot trials") -> s
     """The HTML of a report."""
     failed = [each for each in enumerate(results) if not each[1].passed]
     passed = [each for each in enumerate(results) if each[1].passed]
-    room = _Room()
+    room = Room()
     body = [
         "<header>",
-        f"<h1>{_text(title)}</h1>",
+        f"<h1>{escaped(title)}</h1>",
         f'<p class="verdict">{_verdict(len(failed), len(passed))}</p>',
         _share(len(passed), len(results)) if results else "",
         "</header>",
@@ -87,13 +87,13 @@ def html_report(results: Sequence[TrialResult], title: str = "KBot trials") -> s
         "</main>",
         "<footer>",
         *(f"<p>{line}</p>" for line in _omitted(len(results), len(failed), len(passed), room)),
-        f"<p>Written by KBot {_text(version('kbot'))}.</p>",
+        f"<p>Written by KBot {escaped(version('kbot'))}.</p>",
         "</footer>",
     ]
-    return _page(title, "\n".join(filter(None, body)))
+    return page(title, "\n".join(filter(None, body)))
 
 
-def _page(title: str, body: str) -> str:
+def page(title: str, body: str) -> str:
     """A page with the style of reports. `body` is HTML. The page's policy allows no script and no network."""
     style = files("kbot.trials.reports").joinpath("report.css").read_text("utf-8")
     digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
@@ -106,7 +106,7 @@ def _page(title: str, body: str) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="referrer" content="no-referrer">\n'
-        f"<title>{_text(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
+        f"<title>{escaped(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
 
 
@@ -115,7 +115,7 @@ def _film_figure(film: bytes, caption: str) -> str:
     from kbot.render.film import still  # imported lazily: reports without films need no OpenGL
 
     images = (
-        f'<img class="{kind}" src="{_data_uri(media_type, data)}" alt="{_text(caption)}">'
+        f'<img class="{kind}" src="{_data_uri(media_type, data)}" alt="{escaped(caption)}">'
         for kind, media_type, data in (
             ("moving", _media_type(film), film),
             ("still", "image/webp", still(film)),
@@ -123,11 +123,11 @@ def _film_figure(film: bytes, caption: str) -> str:
     )
     return (
         f'<details class="film" open><summary><h3>Film</h3></summary><figure>{"".join(images)}'
-        f"<figcaption>{_text(caption)}</figcaption></figure></details>"
+        f"<figcaption>{escaped(caption)}</figcaption></figure></details>"
     )
 
 
-class _Room:
+class Room:
     """Counts the bytes of films and plots, so that a report stays small enough to be opened."""
 
     def __init__(self) -> None:
@@ -174,13 +174,13 @@ def _table(results: Sequence[TrialResult]) -> str:
     shown = {index for index, _ in _in_detail(results)}
     rows = []
     for index, result in enumerate(results[:MOST_TRIALS]):
-        name = _text(result.title)
+        name = escaped(result.title)
         link = f'<a href="#trial-{index}">{name}</a>' if index in shown else name
         first, *others = _reasons(result) or [""]
         reason = f"{first}, and {len(others)} more" if others else first
         rows.append(
             f'<tr class="{_status(result)}"><td>{_badge(result)}</td><th scope="row">{link}</th>'
-            f"<td>{_text(result.robot)}</td><td>{_text(reason)}</td></tr>"
+            f"<td>{escaped(result.robot)}</td><td>{escaped(reason)}</td></tr>"
         )
     return (
         '<section class="panel"><table><thead><tr><th scope="col">Result</th><th scope="col">Trial</th>'
@@ -197,7 +197,7 @@ def _in_detail(results: Sequence[TrialResult]) -> Iterator[tuple[int, TrialResul
             yield index, result
 
 
-def _omitted(total: int, failed: int, passed: int, room: _Room) -> Iterator[str]:
+def _omitted(total: int, failed: int, passed: int, room: Room) -> Iterator[str]:
     """What the report does not show."""
     if total > MOST_TRIALS:
         yield f"The table shows the first {MOST_TRIALS} of {total} trials."
@@ -209,40 +209,30 @@ def _omitted(total: int, failed: int, passed: int, room: _Room) -> Iterator[str]
             yield f"{count} {what} are not shown, to keep the report small."
 
 
-def _failed_trial(index: int, result: TrialResult, room: _Room) -> str:
-    reasons = "".join(f"<li>{_text(reason)}</li>" for reason in _reasons(result))
+def _failed_trial(index: int, result: TrialResult, room: Room) -> str:
+    reasons = "".join(f"<li>{escaped(reason)}</li>" for reason in _reasons(result))
     return (
         f'<article class="failed" id="trial-{index}" aria-labelledby="name-{index}"><header>{_badge(result)}'
-        f'<h2 id="name-{index}">{_text(result.title)}</h2>{_subtitle(result)}</header>'
+        f'<h2 id="name-{index}">{escaped(result.title)}</h2>{_subtitle(result)}</header>'
         f'<ul class="reasons">{reasons}</ul>{_content(result, room)}</article>'
     )
 
 
-def _passed_trial(index: int, result: TrialResult, room: _Room) -> str:
+def _passed_trial(index: int, result: TrialResult, room: Room) -> str:
     return (
         f'<article class="passed" id="trial-{index}" aria-labelledby="name-{index}"><details><summary>'
-        f'{_badge(result)}<h2 id="name-{index}">{_text(result.title)}</h2>{_subtitle(result)}</summary>'
+        f'{_badge(result)}<h2 id="name-{index}">{escaped(result.title)}</h2>{_subtitle(result)}</summary>'
         f'<div class="content">{_content(result, room)}</div></details></article>'
     )
 
 
-def _content(result: TrialResult, room: _Room) -> str:
-    """What the reports of failed and passed trials share."""
+def _content(result: TrialResult, room: Room) -> str:
+    """The film, path, measures, plots, findings and events of a trial."""
     trace = result.trace
-    parts = []
-    media = []
-    if result.film and room.film(result.film):
-        media.append(f"<div>{_film_figure(result.film, _film_caption(result))}</div>")
-    if trace is not None and len(trace) > 0 and result.surroundings is not None:
-        media.append(f"<div><h3>Path</h3>{_map(result, trace, result.surroundings)}</div>")
-    if media:
-        parts.append(f'<div class="media">{"".join(media)}</div>')
-    if result.film_problem and not result.film:
-        parts.append(f'<p class="quiet">There is no film: {_text(result.film_problem)}.</p>')
-    parts.append(_measures(result.measures))
+    parts = [film_and_path(result, room), _measures(result.measures)]
     shown = [measure for measure in result.measures if result.passed or not measure.passed]
     plots = [
-        f"<figure><h3>{_text(chart.title)}</h3>{chart.svg}</figure>"
+        f"<figure><h3>{escaped(chart.title)}</h3>{chart.svg}</figure>"
         for chart in charts(result, shown[:MOST_CHARTS])
     ]
     drawn = f'<div class="media">{"".join(plots)}</div>' if plots else ""
@@ -251,9 +241,21 @@ def _content(result: TrialResult, room: _Room) -> str:
     parts.append(_source_lines(result))
     parts.append(_findings(result.findings))
     if trace is not None:
-        parts.append(_events(trace))
+        parts.append(events(trace))
     parts.append(_about(result))
     return "".join(parts)
+
+
+def film_and_path(result: TrialResult, room: Room) -> str:
+    """The film of a trial, or why there is none, and the path on a map."""
+    trace, media, problem = result.trace, [], ""
+    if result.film and room.film(result.film):
+        media.append(f"<div>{_film_figure(result.film, _film_caption(result))}</div>")
+    if trace is not None and len(trace) > 0 and result.surroundings is not None:
+        media.append(f"<div><h3>Path</h3>{_map(result, trace, result.surroundings)}</div>")
+    if result.film_problem and not result.film:
+        problem = f'<p class="quiet">There is no film: {escaped(result.film_problem)}.</p>'
+    return (f'<div class="media">{"".join(media)}</div>' if media else "") + problem
 
 
 def _film_caption(result: TrialResult) -> str:
@@ -267,7 +269,7 @@ def _subtitle(result: TrialResult) -> str:
         words.append(f"{result.trace['time'][-1]:.1f} s simulated")
     if result.failed_at is not None:
         words.append(f"failed at {result.failed_at:.1f} s")
-    return f'<span class="quiet">{_text(" · ".join(filter(None, words)))}</span>'
+    return f'<span class="quiet">{escaped(" · ".join(filter(None, words)))}</span>'
 
 
 def _reasons(result: TrialResult) -> list[str]:
@@ -357,11 +359,11 @@ def _measures(measures: Sequence[MeasureResult]) -> str:
         status = "passed" if measure.passed else "failed"
         value = "no value" if math.isnan(measure.value) else with_unit(measure.value, measure.unit)
         description = _description(measure.name)
-        more = f"<small>{_text(description)}</small>" if description else ""
+        more = f"<small>{escaped(description)}</small>" if description else ""
         rows.append(
             f'<tr class="{status}"><td><span class="badge {status}">{status}</span></td>'
-            f'<th scope="row">{_text(measure.name)}{more}</th><td class="number">{_text(value)}</td>'
-            f'<td>{_text(_allowed(measure))}</td><td class="bar">{_bar(measure)}</td></tr>'
+            f'<th scope="row">{escaped(measure.name)}{more}</th><td class="number">{escaped(value)}</td>'
+            f'<td>{escaped(_allowed(measure))}</td><td class="bar">{_bar(measure)}</td></tr>'
         )
     return (
         '<h3>Measures</h3><div class="table"><table><thead><tr><th scope="col">Result</th>'
@@ -452,30 +454,30 @@ def _findings(findings: Sequence[Diagnostic]) -> str:
 
 def _finding(found: Diagnostic) -> str:
     _, *frame = render_text([found]).rstrip("\n").split("\n")
-    where = f'<br><code class="quiet">{_text(place(found.origin))}</code>' if found.origin else ""
-    code = f' <code class="quiet">{_text(found.code)}</code>' if found.code else ""
+    where = f'<br><code class="quiet">{escaped(place(found.origin))}</code>' if found.origin else ""
+    code = f' <code class="quiet">{escaped(found.code)}</code>' if found.code else ""
     severity = f'<span class="severity {found.severity}">{found.severity}</span> ' if found.code else ""
     source = f"<pre>{_frame(frame)}</pre>" if frame else ""
-    return f'<div class="finding"><p>{severity}{_text(found.message)}{code}{where}</p>{source}</div>'
+    return f'<div class="finding"><p>{severity}{escaped(found.message)}{code}{where}</p>{source}</div>'
 
 
 def _frame(lines: Iterable[str]) -> str:
     shown = []
     for line in lines:
         marked = _CARETS.match(line)
-        carets = marked and f'{_text(marked[1])}<span class="caret">{marked[2]}</span>'
-        shown.append(carets or _text(line))
+        carets = marked and f'{escaped(marked[1])}<span class="caret">{marked[2]}</span>'
+        shown.append(carets or escaped(line))
     if shown and not shown[0].strip(" |"):
         del shown[0]  # the empty line above an excerpt
     return "\n".join(shown)
 
 
-def _events(trace: Trace) -> str:
+def events(trace: Trace) -> str:
     if not trace.events:
         return ""
     rows = [
-        f'<li class="{_text(event.kind)}"><span class="time">{event.time:.2f} s</span>'
-        f'<span class="number">{number}</span><span>{_text(event.text)}</span></li>'
+        f'<li class="{escaped(event.kind)}"><span class="time">{event.time:.2f} s</span>'
+        f'<span class="number">{number}</span><span>{escaped(event.text)}</span></li>'
         for number, event in _numbered(trace)
     ]
     more = len(trace.events) - MOST_EVENTS
@@ -486,15 +488,15 @@ def _events(trace: Trace) -> str:
 def _about(result: TrialResult) -> str:
     lines = []
     if result.recording:
-        lines.append(f"Recording: <code>{_text(replay_command(result))}</code>")
+        lines.append(f"Recording: <code>{escaped(replay_command(result))}</code>")
     if result.state_sha256:
-        lines.append(f"State at the end: <code>{_text(result.state_sha256)}</code>")
+        lines.append(f"State at the end: <code>{escaped(result.state_sha256)}</code>")
     if not result.is_deterministic:
         lines.append("This run kept real time. Another run may give other values.")
     return f"<footer>{''.join(f'<p>{line}</p>' for line in lines)}</footer>" if lines else ""
 
 
-def _text(text: str) -> str:
+def escaped(text: str) -> str:
     """A text in HTML."""
     return escape(_shortened(text, MOST_CHARACTERS))
 

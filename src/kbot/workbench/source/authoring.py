@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from kbot.model.units import units_of
 from kbot.text import Diagnostic, Edit, KbotError, Span, read_source, rewrite
 from kbot.text.numbers import NUMBER
 from kbot.workbench.protocol import (
@@ -27,7 +28,6 @@ from kbot.workbench.source.merging import merge
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.places import place_of_span
 from kbot.workbench.source.saving import SHIPPED_REASON
-from kbot.workbench.source.units import units_of
 from kbot.xacro.packages import SHIPPED
 from kbot.xacro.written_values import WrittenValue, value_of, written_parameters
 
