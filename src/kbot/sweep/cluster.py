@@ -1,0 +1,331 @@
+"""Executes runs on a Ray cluster: on the processors of all its machines.
+
+Each Ray task passes its run to a process with the limits of `kbot try`, so that results do not depend on Ray.
+A run whose machine or process is lost is executed again by Ray. Its result arrives once.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import shutil
+import socket
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, fields, is_dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
+
+from kbot.sweep.executor import Finished
+from kbot.sweep.processes import AHEAD
+from kbot.text import KbotError
+from kbot.text.notes import note
+from kbot.trials.pool import ATTEMPTS, LimitedTask, Outcome, Pool, Task, result_of, run_task, seconds_of
+from kbot.trials.results import TrialResult
+from kbot.worker.cores import available_cores
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from ray import ObjectRef
+
+T = TypeVar("T")
+
+LOCAL = "local"
+"""The address of a cluster that this process starts on this machine, and ends."""
+MISSING_EXTRA = "--on ray needs Ray. Install it with: pip install 'kbot[ray]'"
+WAIT_SECONDS = 1.0
+"""Time after which Ctrl-C and a lost cluster are noticed."""
+PATIENCE_SECONDS = 30.0
+"""Time without any processor in the cluster after which a note says so."""
+CONNECT_SECONDS = 10.0
+"""Time in which a cluster must answer."""
+_STORE_BYTES = 80_000_000
+"""Memory for objects of a local cluster, about the least that Ray accepts. Runs and results are small."""
+_NOT_SENT = (".git", ".venv", "node_modules", "__pycache__")
+"""Folders of the working directory that no run needs. Ray also leaves out those in .gitignore."""
+_ADDRESS = re.compile(r"ray(://\S+)?|auto|[^\s:/]+:\d+|\[[0-9a-fA-F:]+\]:\d+")
+
+
+def parse_place(text: str) -> str:
+    """The address of a cluster, as Ray takes it, for `ray`, `ray://HOST:PORT`, `HOST:PORT` or `auto`.
+
+    Raises:
+        KbotError: the text is something else.
+    """
+    if not _ADDRESS.fullmatch(text):
+        raise KbotError(
+            f"--on {text} is not a place. Write ray for this machine, ray://HOST:10001 for a cluster, or "
+            "HOST:6379 on a machine of the cluster"
+        )
+    return LOCAL if text == "ray" else text
+
+
+@dataclass(frozen=True, slots=True)
+class _Call:
+    """What a Ray task executes.
+
+    folder    the working directory of the process that asks
+    is_here   whether the task runs on the same machine, in the same files
+    versions  of the programs on which results depend
+    """
+
+    item: LimitedTask
+    folder: str
+    is_here: bool
+    versions: Mapping[str, str]
+
+
+class RayCluster:
+    """A Ray cluster: one that exists, or one on this machine that ends with the block."""
+
+    def __init__(
+        self,
+        address: str,
+        jobs: int | None = None,
+        limit: float | None = None,
+        versions: Mapping[str, str] | None = None,
+        not_sent: Sequence[str] = (),
+    ) -> None:
+        """
+        jobs      processes of a cluster on this machine; by default one for each core
+        limit     replaces the processor time in seconds that each run may take
+        versions  of programs, by the name of their package, that each machine must have
+        not_sent  folders of the working directory that other machines do not need
+        """
+        self._address, self._limit = address, limit
+        self._jobs = jobs or available_cores()
+        self._versions = dict(versions or {})
+        self._not_sent = not_sent
+        self._running: dict[ObjectRef[Any], tuple[int, LimitedTask]] = {}
+        self._attempts: dict[int, int] = {}
+        self._opened = ExitStack()
+        self._ray: ModuleType
+        self._remote: Any = None
+
+    @property
+    def capacity(self) -> int:
+        return AHEAD * max(1, self._processors())
+
+    def submit(self, run: int, task: Task) -> None:
+        item = (task, self._limit or task.limit)
+        call = _Call(item, str(Path.cwd()), self._address == LOCAL, self._versions)
+        self._running[self._remote.remote(call)] = (run, item)
+
+    def wait(self) -> Finished:
+        waited = 0.0
+        while True:
+            ready = self._ready()
+            if ready is None:
+                waited += WAIT_SECONDS
+                if waited >= PATIENCE_SECONDS and not self._processors():
+                    note("the cluster has no processors at present. Waiting for one")
+                continue
+            run, item = self._running.pop(ready)
+            outcome = self._outcome(ready, run, item)
+            if outcome is not None:
+                self._attempts.pop(run, None)
+                return Finished(run, result_of(item, outcome))
+
+    def __enter__(self) -> Self:
+        ray = self._ray = _imported()
+        options: dict[str, Any] = {}
+        if self._address == LOCAL:
+            folder = tempfile.mkdtemp(prefix="kbot-ray-")
+            self._opened.callback(shutil.rmtree, folder, ignore_errors=True)
+            options = {
+                "num_cpus": self._jobs,
+                "include_dashboard": False,
+                "object_store_memory": _STORE_BYTES,
+                "_temp_dir": folder,
+            }
+        else:
+            excluded = [*_NOT_SENT, *filter(None, map(_inside, self._not_sent))]
+            options = {"runtime_env": {"working_dir": str(Path.cwd()), "excludes": excluded}}
+        try:
+            if self._address not in (LOCAL, "auto"):
+                _require_answer(self._address)
+            with _without_stderr():
+                ray.init(self._address, log_to_driver=False, logging_level=logging.CRITICAL, **options)
+        except Exception as error:  # noqa: BLE001 - Ray raises many kinds
+            self._opened.close()
+            raise KbotError(_why(error, self._address)) from None
+        self._opened.callback(ray.shutdown)
+        self._remote = ray.remote(_run).options(num_cpus=1, max_retries=-1)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._running.clear()
+        self._opened.close()
+
+    def _processors(self) -> int:
+        return int(self._ray.cluster_resources().get("CPU", 0))
+
+    def _ready(self) -> ObjectRef[Any] | None:
+        """A result that is ready. None after a while without one."""
+        try:
+            ready, _ = self._ray.wait(list(self._running), num_returns=1, timeout=WAIT_SECONDS)
+        except (ConnectionError, self._ray.exceptions.RayError) as error:
+            raise KbotError(_lost(error)) from None
+        return ready[0] if ready else None
+
+    def _outcome(self, ready: ObjectRef[Any], run: int, item: LimitedTask) -> Outcome[TrialResult] | None:
+        """The outcome of a run. None if it is executed again."""
+        errors = self._ray.exceptions
+        try:
+            outcome: Outcome[TrialResult] = self._ray.get(ready)
+        except errors.RayTaskError as error:
+            raise KbotError(f"a machine of the cluster cannot run KBot: {_last_line(error)}") from None
+        except ConnectionError as error:
+            raise KbotError(_lost(error)) from None
+        except errors.RayError as error:  # the machine or the process was lost
+            self._attempts[run] = self._attempts.get(run, 0) + 1
+            if self._attempts[run] >= ATTEMPTS:
+                raise KbotError(_lost(error)) from None
+            self.submit(run, item[0])
+            return None
+        if isinstance(outcome.error, _WrongMachine):
+            raise outcome.error
+        return outcome
+
+
+class _WrongMachine(KbotError):
+    """A machine of the cluster has other versions of programs."""
+
+
+def _run(call: _Call) -> Outcome[TrialResult]:
+    """Execute a run in a process of its own. Ray calls this function on a machine of the cluster."""
+    here = call.folder
+    if call.is_here:
+        os.chdir(here)
+    else:
+        here = str(Path.cwd())  # Ray has put the files of the working directory here
+        sys.path[:] = [folder for folder in sys.path if folder != here]
+    try:
+        _require_versions(call.versions)
+    except KbotError as error:
+        return Outcome(error=error)
+    item = _moved(call.item, call.folder, here)
+    (outcome,) = _pool.map(run_task, [item], seconds_of)
+    if outcome is None:
+        raise KeyboardInterrupt
+    return replace(outcome, value=_moved(outcome.value, here, call.folder))
+
+
+_pool = Pool(1)
+"""The process in which the runs of this task are executed, one after the other."""
+
+
+def _require_versions(versions: Mapping[str, str]) -> None:
+    for name, wanted in versions.items():
+        try:
+            found = version(name)
+        except PackageNotFoundError:
+            found = "none"
+        if found != wanted:
+            machine = os.uname().nodename if hasattr(os, "uname") else "a machine"
+            raise _WrongMachine(
+                f"{machine} of the cluster has {name} {found}, not {wanted}, so that results could differ. "
+                f"Install {name}=={wanted} there"
+            )
+
+
+def _moved(value: T, folder: str, target: str) -> T:
+    """A value with the paths in `folder` replaced by those in `target`, also within its parts."""
+    if folder == target:
+        return value
+    return cast("T", _replaced(value, folder, target))
+
+
+def _replaced(value: object, folder: str, target: str) -> object:
+    if isinstance(value, str):
+        return value.replace(folder, target) if folder in value else value
+    if isinstance(value, tuple) and type(value) is tuple:
+        return tuple(_replaced(each, folder, target) for each in value)
+    if isinstance(value, dict):
+        return {key: _replaced(each, folder, target) for key, each in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        found: dict[str, Any] = {
+            field.name: getattr(value, field.name) for field in fields(value) if field.init
+        }
+        changed = {name: _replaced(each, folder, target) for name, each in found.items()}
+        changed = {name: each for name, each in changed.items() if each is not found[name]}
+        return replace(value, **changed) if changed else value
+    return value
+
+
+def _inside(folder: str) -> str:
+    """A folder relative to the working directory. Empty if it is not inside."""
+    path = Path(folder).resolve()
+    here = Path.cwd().resolve()
+    return str(path.relative_to(here)) if path != here and path.is_relative_to(here) else ""
+
+
+def _require_answer(address: str) -> None:
+    """Raises OSError: nothing answers at an address. Ray would try for minutes."""
+    host, _, port = address.removeprefix("ray://").partition("?")[0].rpartition(":")
+    if port.isdigit():
+        socket.create_connection((host.strip("[]"), int(port)), CONNECT_SECONDS).close()
+
+
+@contextmanager
+def _without_stderr() -> Iterator[None]:
+    """Within the block, what native code writes to stderr is lost."""
+    try:
+        saved = os.dup(2)
+    except OSError:  # it is closed
+        yield
+        return
+    try:
+        with Path(os.devnull).open("wb") as nothing:
+            os.dup2(nothing.fileno(), 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+
+
+def _imported() -> ModuleType:
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # Ray reports to its makers by default
+    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # else it warns about graphics cards
+    os.environ.setdefault("RAY_BACKEND_LOG_LEVEL", "fatal")  # lost nodes are handled here
+    try:
+        import ray  # an extra, and slow to import
+    except ModuleNotFoundError:
+        raise KbotError(MISSING_EXTRA) from None
+    # Ray has no option for this: it prints the log of each lost machine, although its runs are repeated
+    ray._private.worker.print_to_stdstream = lambda *data, **options: None
+    return ray
+
+
+def _why(error: Exception, address: str) -> str:
+    """Why a cluster cannot be used."""
+    text = (
+        _last_line(error) if isinstance(error, ModuleNotFoundError) else str(error).strip().partition("\n")[0]
+    )
+    if "size" in text.lower() and "exceed" in text.lower():
+        return (
+            f"the working directory is too large to be sent to the cluster: {text}. Run the command in the "
+            "folder of the robot's package, or list what is not needed in the file .rayignore"
+        )
+    where = "on this machine" if address == LOCAL else f"at {address}"
+    return f"cannot use a Ray cluster {where}: {text or type(error).__name__}"
+
+
+def _lost(error: Exception) -> str:
+    return (
+        f"the connection to the cluster was lost: {_last_line(error)}. Finished runs are kept. "
+        "Run the same command again to continue"
+    )
+
+
+def _last_line(error: Exception) -> str:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return lines[-1] if lines else type(error).__name__

@@ -1,0 +1,202 @@
+"""Tests that a Ray cluster gives the results of this machine, also if it loses machines and processes."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from kbot.sweep import cluster
+from kbot.sweep.cluster import LOCAL, RayCluster, parse_place
+from kbot.sweep.journal import Journal
+from kbot.sweep.plan import Plan
+from kbot.sweep.processes import Processes
+from kbot.sweep.runner import Sweep
+from kbot.text import KbotError
+from kbot.trials.pool import Pool, Task
+from kbot.trials.results import TrialResult
+from kbot.trials.scenario import RobotSource, Scenario
+
+sys.path.insert(0, str(Path(__file__).parent))
+from ray_run import plan_of
+
+HERE = Path(__file__).parent
+RUNS = 12
+ROBOT = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:property name="radius" value="0.035"/>
+  <xacro:include filename="$(dirname)/wheels.xacro"/>
+  <link name="base_link">
+    <visual><geometry><box size="0.16 0.12 0.02"/></geometry></visual>
+    <collision><geometry><box size="0.16 0.12 0.02"/></geometry></collision>
+    <inertial><mass value="1"/>
+      <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.003"/></inertial>
+  </link>
+  <link name="caster">
+    <collision><origin xyz="-0.06 0 ${0.02 - radius}"/>
+      <geometry><sphere radius="0.02"/></geometry></collision>
+  </link>
+  <joint name="caster_joint" type="fixed"><parent link="base_link"/><child link="caster"/></joint>
+  <xacro:wheel side="left" y="0.08"/>
+  <xacro:wheel side="right" y="-0.08"/>
+  <gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so">
+    <left_joint>left_joint</left_joint><right_joint>right_joint</right_joint>
+    <wheel_separation>0.16</wheel_separation><wheel_diameter>${2 * radius}</wheel_diameter>
+  </plugin></gazebo>
+</robot>
+"""
+WHEELS = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:macro name="wheel" params="side y">
+    <link name="${side}_wheel">
+      <visual><geometry><cylinder radius="${radius}" length="0.02"/></geometry></visual>
+      <collision><geometry><cylinder radius="${radius}" length="0.02"/></geometry></collision>
+      <inertial><mass value="0.1"/>
+        <inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial>
+    </link>
+    <joint name="${side}_joint" type="continuous">
+      <parent link="base_link"/><child link="${side}_wheel"/>
+      <origin xyz="0 ${y} 0" rpy="${-pi/2} 0 0"/><axis xyz="0 0 1"/>
+    </joint>
+  </xacro:macro>
+</robot>
+"""
+SCENARIO = """name: drive
+robot: r.xacro
+duration: 3
+steps:
+  - command: {linear: 0.3}
+  - at: 2
+    command: {}
+expect:
+  - contacts: {max: 0}
+"""
+
+
+@pytest.fixture
+def work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working directory with a robot of two files, and a scenario."""
+    folder = tmp_path / "work"
+    folder.mkdir()
+    (folder / "r.xacro").write_text(ROBOT)
+    (folder / "wheels.xacro").write_text(WHEELS)
+    (folder / "drive.scenario.yaml").write_text(SCENARIO)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+@pytest.fixture
+def nodes(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    """A cluster of three nodes. The first line of its output is the address. No process remains."""
+    environment = {**os.environ, "RAY_USAGE_STATS_ENABLED": "0"}
+    with (tmp_path / "nodes.log").open("w") as log:
+        process = subprocess.Popen(
+            [sys.executable, str(HERE / "ray_nodes.py"), "0"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True, env=environment,
+        )  # fmt: skip
+    try:
+        yield process
+    finally:
+        started = psutil.Process(process.pid).children(recursive=True)
+        process.communicate(timeout=60)
+        _, left = psutil.wait_procs(started, 30)
+        for each in left:
+            each.kill()
+        assert not left
+
+
+def local_table(plan: Plan, folder: Path) -> bytes:
+    """The table of the sweep in processes of this machine."""
+    folder.mkdir()
+    with Journal(folder / "runs.jsonl") as journal, Pool(1) as pool, Processes(pool) as processes:
+        sweep = Sweep(plan, journal, folder)
+        sweep.run(processes)
+        return sweep.table.read_bytes()
+
+
+def test_a_killed_node_and_a_killed_process_lose_nothing(nodes: subprocess.Popen[str], work: Path) -> None:
+    """Other nodes get the files of the working directory. Ray prints nothing."""
+    assert nodes.stdin is not None
+    assert nodes.stdout is not None
+    address = nodes.stdout.readline().strip()
+    run = subprocess.Popen(
+        [sys.executable, str(HERE / "ray_run.py"), address, "out"],
+        cwd=work, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert run.stdout is not None
+    dots = run.stdout.read(4)
+    nodes.stdin.write("kill\n")
+    nodes.stdin.flush()
+    assert nodes.stdout.readline() == "killed\n"
+    dots += run.stdout.read(2)
+    workers = [each for each in psutil.Process(nodes.pid).children(recursive=True) if is_running(each)]
+    workers[0].kill()
+    rest, errors = run.communicate(timeout=300)
+    assert (dots + rest, errors, run.returncode) == ("." * RUNS, "", 0)
+    assert len((work / "out/runs.jsonl").read_text().splitlines()) == RUNS
+    assert (work / "out/results.parquet").read_bytes() == local_table(plan_of(), work / "here")
+
+
+def is_running(process: psutil.Process) -> bool:
+    """Whether a process of Ray executes a run."""
+    try:
+        return process.cmdline()[:1] != [] and process.cmdline()[0].startswith("ray::_run")
+    except psutil.NoSuchProcess:
+        return False
+
+
+def test_a_cluster_on_this_machine_ends_with_the_sweep(work: Path) -> None:
+    command = [sys.executable, str(HERE / "ray_run.py"), "ray", "out"]
+    run = subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=300, check=False)
+    assert (run.stdout, run.stderr, run.returncode) == ("." * RUNS, "", 0)
+    assert (work / "out/results.parquet").read_bytes() == local_table(plan_of(), work / "here")
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("ray", LOCAL),
+        ("ray://head:10001", "ray://head:10001"),
+        ("head:6379", "head:6379"),
+        ("auto", "auto"),
+        ("[::1]:6379", "[::1]:6379"),
+    ],
+)
+def test_places(text: str, address: str) -> None:
+    assert parse_place(text) == address
+
+
+@pytest.mark.parametrize("text", ["", "local", "head", "ray:", "http://head:6379", "a b:1"])
+def test_other_places_are_refused(text: str) -> None:
+    with pytest.raises(KbotError, match=r"is not a place. Write ray for this machine"):
+        parse_place(text)
+
+
+def test_a_machine_with_another_version_is_refused(work: Path) -> None:
+    task = Task(Scenario(name="s", duration=1.0, robot=RobotSource("r.xacro")))
+    call = cluster._Call((task, 30.0), str(work), True, {"kbot": "0.0.1"})
+    with pytest.raises(KbotError, match=r"has kbot .*, not 0.0.1, so that results could differ"):
+        raise cluster._run(call).error or AssertionError
+
+
+def test_paths_of_the_working_directory_are_those_of_the_machine() -> None:
+    robot = RobotSource("/home/me/r.xacro", {"a": "1"}, packages=("/home/me/p",))
+    task = Task(
+        Scenario(name="s", duration=1.0, robot=robot),
+        python_file="/home/me/s.py",
+        keys={"world": "/home/me/w.sdf", "duration": 3.0},
+    )
+    moved = cluster._moved(task, "/home/me", "/tmp/x")
+    assert moved.scenario.robot == RobotSource("/tmp/x/r.xacro", {"a": "1"}, packages=("/tmp/x/p",))
+    assert (moved.python_file, moved.keys) == ("/tmp/x/s.py", {"world": "/tmp/x/w.sdf", "duration": 3.0})
+    assert cluster._moved(moved, "/tmp/x", "/home/me") == task
+    failed = TrialResult("s", 0, error="/tmp/x/r.xacro:3: wrong")
+    assert cluster._moved(failed, "/tmp/x", "/home/me").error == "/home/me/r.xacro:3: wrong"
+
+
+@pytest.mark.filterwarnings("ignore")  # of the import of Ray
+def test_an_address_without_a_cluster_is_an_error() -> None:
+    why = r"cannot use a Ray cluster at 127.0.0.1:9: .*refused"
+    with pytest.raises(KbotError, match=why), RayCluster("127.0.0.1:9"):
+        pass
