@@ -163,7 +163,8 @@ def test_one_of_several_best_designs_must_be_chosen() -> None:
     assert chosen_design(two[:1], None) is two[0]
     assert chosen_design(two, 8) is two[1]
     with pytest.raises(
-        KbotError, match=r"2 designs are best. Choose one with --design N: 3: energy 1.5; 8: energy 1.5"
+        KbotError,
+        match=r"2 designs are best. Choose one with --design N: 3: a 1, energy 1.5; 8: a 2, energy 1.5",
     ):
         chosen_design(two, None)
     with pytest.raises(KbotError, match=r"design 4 is not one of the best. Choose one"):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -21,7 +24,11 @@ from kbot.cli.output import fail, print_json, print_note
 from kbot.cli.progress import busy, counting
 
 if TYPE_CHECKING:
+    from kbot.sweep.executor import Executor
+    from kbot.sweep.plan import Plan
     from kbot.sweep.preparation import Request
+    from kbot.sweep.runner import Design, Sweep
+    from kbot.trials.pool import Pool
 
 COMPLETE, ALL_FAILED, INTERRUPTED = 0, 1, 130
 METHODS = ("grid", "random", "lhs", "optimize")
@@ -47,6 +54,17 @@ class _Running:
     jobs: int | None
     limit_time: float | None
     confirmed: bool
+    on: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Outputs:
+    """What is written after the runs, besides the table."""
+
+    html: str | None
+    write: str | None
+    diff: bool
+    design: int | None
 
 
 @click.command(
@@ -60,7 +78,12 @@ class _Running:
         "kbot sweep kbot --set wheel_radius=0.02:0.05 --set world=empty,rooms --scenario drive.scenario.yaml "
         "--method lhs --runs 200 --out wheels",
         "kbot sweep kbot --set wheel_radius=0.02:0.05 --scenario straight --method optimize --runs 100 "
-        "--objective energy --objective path_length:max --out wheels",
+        "--objective energy --objective path_length:max --out wheels --html wheels.html",
+        (
+            "kbot sweep robot.xacro --set wheel_radius=0.02:0.05:7 --scenario straight "
+            "--objective energy --out wheels --write best.xacro",
+            "write the best one",
+        ),
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")
@@ -106,7 +129,34 @@ class _Running:
     help="Folder for the results. The same command continues an interrupted sweep in it.",
 )
 @jobs_option
-@click.option("--yes", "confirmed", is_flag=True, help="Run even very many combinations.")
+@click.option(
+    "--on",
+    metavar="ray[://HOST:PORT]",
+    help="Run on a Ray cluster: ray for one on this machine, ray://HOST:10001 or HOST:6379 for another.",
+)
+@click.option(
+    "--html",
+    metavar="FILE",
+    help="Report with parallel coordinates, Pareto front, sensitivity, and a film of the best run.",
+)
+@click.option(
+    "--write",
+    metavar="FILE",
+    help="Xacro of the best design: the robot's files with its values at the lines that define them.",
+)
+@click.option("--diff", is_flag=True, help="Print the changes of --write without writing.")
+@click.option(
+    "--design",
+    type=click.IntRange(0),
+    metavar="N",
+    help="Design to write and to film, if several are best.",
+)
+@click.option(
+    "--yes",
+    "confirmed",
+    is_flag=True,
+    help="Run even very many combinations, and let --write overwrite files.",
+)
 @click.option(
     "--limit-time",
     type=Within(1.0, 86400.0),
@@ -118,7 +168,10 @@ class _Running:
 @package_path_option
 @collect_options("choice", _Choice)
 @collect_options("running", _Running)
-def command(words: tuple[str, ...], choice: _Choice, running: _Running, as_json: bool) -> int:
+@collect_options("outputs", _Outputs)
+def command(
+    words: tuple[str, ...], choice: _Choice, running: _Running, outputs: _Outputs, as_json: bool
+) -> int:
     """Run scenarios with many values of a robot, and find the best values.
 
     Each combination of the values of --set is a design. Its runs are rows of DIR/results.parquet, with the
@@ -131,7 +184,7 @@ def command(words: tuple[str, ...], choice: _Choice, running: _Running, as_json:
     after the results so far.
     """
     try:
-        return _sweep(words, choice, running, as_json=as_json)
+        return _sweep(words, choice, running, outputs, as_json=as_json)
     except Exception:
         if as_json:
             from kbot.sweep.runner import NO_RESULT
@@ -140,10 +193,12 @@ def command(words: tuple[str, ...], choice: _Choice, running: _Running, as_json:
         raise
 
 
-def _sweep(words: tuple[str, ...], choice: _Choice, running: _Running, *, as_json: bool) -> int:
+def _sweep(
+    words: tuple[str, ...], choice: _Choice, running: _Running, outputs: _Outputs, *, as_json: bool
+) -> int:
     if running.out is None:
         fail("--out DIR is missing: the folder for the results")
-    from kbot.sweep.processes import Processes
+    _check_outputs(outputs, choice, confirmed=running.confirmed)
     from kbot.sweep.runner import checked_plan, opened_sweep
     from kbot.sweep.summary import summary
     from kbot.trials.pool import Pool
@@ -159,7 +214,7 @@ def _sweep(words: tuple[str, ...], choice: _Choice, running: _Running, *, as_jso
             is_complete = True
             with (
                 counting("running", sweep.missing) as advance,
-                Processes(pool, running.limit_time) as executor,
+                _executor(running, plan, pool, running.out) as executor,
             ):
                 try:
                     sweep.run(executor, advance)
@@ -172,7 +227,93 @@ def _sweep(words: tuple[str, ...], choice: _Choice, running: _Running, *, as_jso
             if not is_complete:
                 print_note("interrupted. The same command continues the sweep")
                 return INTERRUPTED
+            _write_outputs(sweep, outputs, running, pool, as_json=as_json)
             return COMPLETE if sweep.has_passed else ALL_FAILED
+
+
+def _executor(running: _Running, plan: Plan, pool: Pool, out: str) -> Executor:
+    """Where the runs are executed."""
+    from kbot.sweep.processes import Processes
+
+    if running.on is None:
+        return Processes(pool, running.limit_time)
+    from kbot.sweep.cluster import RayCluster, parse_place
+
+    return RayCluster(parse_place(running.on), running.jobs, running.limit_time, plan.versions, [out])
+
+
+def _check_outputs(outputs: _Outputs, choice: _Choice, *, confirmed: bool) -> None:
+    """Report before the runs what cannot be written after them."""
+    if outputs.write is None:
+        if outputs.diff:
+            fail("--diff shows the changes of --write FILE, which is missing")
+        if outputs.design is not None and outputs.html is None:
+            fail("--design chooses what --write and --html show, and both are missing")
+        return
+    if not choice.objectives:
+        fail("--write needs --objective MEASURE, which decides which design is best")
+    if not Path(outputs.write).absolute().parent.is_dir():
+        fail(f"{outputs.write} cannot be written: its folder does not exist")
+    may_ask = sys.stdin.isatty() and sys.stderr.isatty()
+    if Path(outputs.write).exists() and not (outputs.diff or confirmed or may_ask):
+        fail(f"{outputs.write} exists. Add --yes to overwrite it, or --diff to see the changes")
+
+
+def _write_outputs(sweep: Sweep, outputs: _Outputs, running: _Running, pool: Pool, *, as_json: bool) -> None:
+    from kbot.sweep.best_design import chosen_design
+
+    best = sweep.best()
+    if outputs.html is not None:
+        from kbot.sweep.report.html import film_of, write_report
+
+        shown = (
+            chosen_design(best, outputs.design if outputs.design is not None else best[0].number)
+            if best
+            else None
+        )
+        film = None
+        if shown is not None:
+            with busy(f"filming design {shown.number}"):
+                film = film_of(sweep, shown, pool, running.limit_time)
+        write_report(outputs.html, sweep, shown, film)
+        print_note(f"wrote {outputs.html}")
+    if outputs.write is not None:
+        _write_design(
+            sweep.plan, chosen_design(best, outputs.design), outputs.write, outputs, running, as_json=as_json
+        )
+
+
+def _write_design(
+    plan: Plan, design: Design, path: str, outputs: _Outputs, running: _Running, *, as_json: bool
+) -> None:
+    """Write a design, or print it as a diff. Existing files are overwritten only if the user agrees."""
+    from kbot.sweep.best_design import written_design
+
+    written = written_design(plan, design, path)
+    existing = written.existing()
+    if outputs.diff or (existing and not running.confirmed):
+        click.echo(written.diff(), nl=False, err=as_json or not outputs.diff)
+    if outputs.diff:
+        return
+    if existing and not running.confirmed and not _agrees(existing):
+        print_note("nothing was written")
+        return
+    written.write()
+    if not written.changes:
+        print_note("the robot's files already have the values of this design")
+    for change in written.changes:
+        print_note(f"  {change}")
+    for value in written.elsewhere:
+        print_note(f"  {value} is not part of the robot")
+    print_note(f"wrote design {design.number}: {', '.join(file.path for file in written.files)}")
+
+
+def _agrees(existing: Sequence[str]) -> bool:
+    """Ask whether files may be overwritten."""
+    names = ", ".join(existing)
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        fail(f"{names} would be overwritten. Add --yes to do so, or --diff to see the changes")
+    return click.confirm(f"Overwrite {names}?", err=True)
 
 
 def _request(words: tuple[str, ...], choice: _Choice) -> Request:

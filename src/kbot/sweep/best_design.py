@@ -11,7 +11,7 @@ from kbot.checks.formats import relative
 from kbot.model.load import resolve_robot_path
 from kbot.sweep.plan import Plan
 from kbot.sweep.runner import Design
-from kbot.sweep.space import Target
+from kbot.sweep.space import Target, Value
 from kbot.text import Edit, KbotError, Span, read_source, rewrite, write_text
 from kbot.text.edits import apply_edits, edited_texts, unified_diff
 from kbot.text.files import unsaved
@@ -205,7 +205,9 @@ def chosen_design(best: Sequence[Design], number: int | None) -> Design:
         return best[0]
     if number in by_number:
         return by_number[number]
-    listed = "; ".join(f"{each.number}: {_shown(each.objectives)}" for each in best[:_MOST_LISTED])
+    listed = "; ".join(
+        f"{each.number}: {_shown({**each.values, **each.objectives})}" for each in best[:_MOST_LISTED]
+    )
     more = f"; and {len(best) - _MOST_LISTED} more" if len(best) > _MOST_LISTED else ""
     problem = f"{len(best)} designs are best" if number is None else f"design {number} is not one of the best"
     raise KbotError(f"{problem}. Choose one with --design N: {listed}{more}")
@@ -214,5 +216,8 @@ def chosen_design(best: Sequence[Design], number: int | None) -> Design:
 _MOST_LISTED = 20
 
 
-def _shown(objectives: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} {value:.4g}" for name, value in objectives.items())
+def _shown(values: Mapping[str, Value]) -> str:
+    return ", ".join(
+        f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}"
+        for name, value in values.items()
+    )

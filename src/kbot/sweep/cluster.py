@@ -315,6 +315,7 @@ def _why(error: Exception, address: str) -> str:
             f"the working directory is too large to be sent to the cluster: {text}. Run the command in the "
             "folder of the robot's package, or list what is not needed in the file .rayignore"
         )
+    text = (error.strerror if isinstance(error, OSError) else None) or text
     where = "on this machine" if address == LOCAL else f"at {address}"
     return f"cannot use a Ray cluster {where}: {text or type(error).__name__}"
 

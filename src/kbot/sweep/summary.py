@@ -38,12 +38,13 @@ def _best(sweep: Sweep, best: Sequence[Design]) -> list[str]:
         return ["no design passed with a value of each objective"]
     goals = ", ".join(f"{'highest' if each.is_maximum else 'lowest'} {each.name}" for each in objectives)
     lines = [f"{goals}:" if len(objectives) == 1 else f"Pareto front of {goals}, {_designs(len(best))}:"]
-    names = [*best[0].values, *(each.name for each in objectives if each.name not in best[0].values)]
+    values = best[0].values
+    names = ["design", *values, *(each.name for each in objectives if each.name not in values)]
     rows = [names]
     for design in best[:MOST_SHOWN]:
         shown = {name: _shown(name, value) for name, value in design.objectives.items()}
         shown |= {name: str(value) for name, value in design.values.items()}
-        rows.append([shown[name] for name in names])
+        rows.append([str(design.number), *(shown[name] for name in names[1:])])
     widths = [max(len(row[column]) for row in rows) for column in range(len(names))]
     for row in rows:
         lines.append("  " + "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)))
