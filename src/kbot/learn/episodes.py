@@ -134,6 +134,8 @@ class Episodes:
         """The weight of each term of the reward, by name."""
         self._seeds = _require_seeds(options.world_seeds)
         self.steps_per_action = _require_rate(options.rate, options.timestep)
+        self.period = self.steps_per_action * options.timestep
+        """s for each action."""
         positive("time_limit in s", options.time_limit, LONGEST)
         if options.pose not in ("ground_truth", "odometry"):
             raise KbotError(f"pose must be 'ground_truth' or 'odometry', not {options.pose!r}")
@@ -150,7 +152,7 @@ class Episodes:
         self._random = np.random.default_rng(0)
         self._seen: LidarPoints | None = None
         self._target: Target | None = None
-        self._last_action = self.interface.no_action
+        self._last_action: list[float] = self.interface.no_action.tolist()
         self._last_seen = np.zeros(len(self.interface.inputs), dtype=np.float32)
         self._pending: list[tuple[int, tuple[float, float, float]]] = []
         self._map_from_odometry = ORIGIN
@@ -180,7 +182,7 @@ class Episodes:
         simulation.run(math.ceil(max(_SETTLE, first_scan) / recipe.CONTROL_PERIOD) * recipe.CONTROL_PERIOD)
         self._begun = simulation.steps
         self._target, self._pending = start.target, []
-        self._last_action = self.interface.no_action
+        self._last_action = self.interface.no_action.tolist()
         self._map_from_odometry = start.pose @ simulation.odometry.pose.inverse()
         self._is_over = False
         self._last_seen = self._observe(simulation.ground_truth)
@@ -195,8 +197,8 @@ class Episodes:
         """
         if self._is_over:
             raise KbotError("the episode is over: call reset first")
-        speeds = self.interface.speeds(action)
-        given = np.clip(np.asarray(action, dtype=np.float32), -1.0, 1.0)
+        given = self.interface.limited(action)
+        speeds = self.interface.speeds(given)
         simulation = self.stage.simulation
         try:
             self._drive(simulation, speeds)
@@ -205,8 +207,8 @@ class Episodes:
             has_diverged = True
         truth = None if has_diverged else simulation.ground_truth
         terms, outcome = ({"failure": 1.0}, DIVERGED) if truth is None else self._judge(truth.pose)
-        terms["time"] = self.steps_per_action * self.options.timestep
-        terms["change"] = float(np.abs(given - self._last_action).sum())
+        terms["time"] = self.period
+        terms["change"] = sum(abs(a - b) for a, b in zip(given, self._last_action, strict=True))
         self._last_action = given
         if truth is not None:
             self._last_seen = self._observe(truth)
@@ -241,7 +243,7 @@ class Episodes:
     def _judge(self, pose: PlanarPose) -> tuple[dict[str, float], str]:
         """The values of the terms of the step, which ended at a true pose, and the outcome."""
         simulation = self.stage.simulation
-        terms, outcome = self.task.judge(pose, self.steps_per_action * self.options.timestep)
+        terms, outcome = self.task.judge(pose, self.period)
         if _has_fallen(simulation):
             outcome = FELL
         elif simulation.collided:

@@ -186,7 +186,7 @@ class PolicyInterface:
         values = [*target.values(observation.pose), moved.x, moved.yaw]
         if self.lateral is not None:
             values.append(moved.y)
-        values += np.asarray(last_action, dtype=np.float64).tolist()
+        values += last_action if isinstance(last_action, list) else np.asarray(last_action).tolist()
         if self.lidar is not None:
             if observation.obstacles is None:
                 raise KbotError("the policy sees a lidar, but no scan was received yet")
@@ -201,19 +201,25 @@ class PolicyInterface:
         Raises:
             KbotError: the vector has another length, or a number is not finite.
         """
+        shares = self.limited(action)
+        wanted = [
+            field.low + (share + 1.0) / 2.0 * (field.high - field.low)
+            for field, share in zip(self.actions, shares, strict=True)
+        ]
+        return wanted[0], wanted[1], wanted[2] if len(wanted) > 2 else 0.0
+
+    def limited(self, action: ArrayLike) -> list[float]:
+        """The numbers of a policy's vector, limited to -1 and 1. Raises KbotError as `speeds` does."""
         numbers = np.asarray(action, dtype=np.float64)
         if numbers.shape != (len(self.actions),):
             names = ", ".join(field.name for field in self.actions)
             raise KbotError(
                 f"an action must have {len(self.actions)} numbers ({names}), not the shape {numbers.shape}"
             )
-        if not np.isfinite(numbers).all():
-            raise KbotError(f"an action must be finite numbers, not {numbers.tolist()}")
-        wanted = [
-            field.low + (min(max(share, -1.0), 1.0) + 1.0) / 2.0 * (field.high - field.low)
-            for field, share in zip(self.actions, numbers.tolist(), strict=True)
-        ]
-        return wanted[0], wanted[1], wanted[2] if len(wanted) > 2 else 0.0
+        shares: list[float] = numbers.tolist()
+        if not all(map(math.isfinite, shares)):
+            raise KbotError(f"an action must be finite numbers, not {shares}")
+        return [min(max(share, -1.0), 1.0) for share in shares]  # ten times as fast as numpy on so few
 
     def twist(self, action: ArrayLike) -> Twist:
         """The command of a policy's vector. Raises KbotError as `speeds` does."""
