@@ -13,7 +13,7 @@ from kbot.messages import Header, String, Twist, Vector3
 from kbot.messages.navigation import GoalID, OccupancyGrid, Path, PoseWithCovarianceStamped
 from kbot.messages.types import PoseWithCovariance
 from kbot.model.load import load_robot, load_robot_text
-from kbot.navigation import Goals, GoalState, NavigationTopics, to_pose_stamped
+from kbot.navigation import Goals, GoalState, NavigationTopics, WithMap, to_pose_stamped
 from kbot.record import Recorder
 from kbot.record.feed import Feed
 from kbot.record.replay import replay
@@ -65,7 +65,7 @@ def test_the_map_is_made_for_the_first_subscriber(simulation):
 
 
 def test_the_robot_waits_for_a_map_that_is_made_in_the_background(simulation):
-    navigation = NavigationTopics(simulation, Goals(simulation, in_background=True))
+    navigation = NavigationTopics(simulation, Goals(simulation, WithMap(simulation, in_background=True)))
     maps, states = (
         _subscribe(simulation, "map", OccupancyGrid),
         _subscribe(simulation, "navigation_status", String),
@@ -240,7 +240,7 @@ def test_a_declared_lidar_is_used_to_avoid_obstacles():
     world = World("box", (floor(), box("box", (0.2, 0.5, 0.3), 0.7, 0.0)))
     simulation = Simulation(load_robot("kbot", {"lidar": "true"}).require(), world)
     empty = Grid(np.zeros((100, 100), dtype=np.int8), 0.05, PlanarPose(-2.5, -2.5))
-    goals = Goals(simulation, empty)
+    goals = Goals(simulation, WithMap(simulation, empty))
     goals.go(PlanarPose(1.6, 0.0))
     simulation.run(60.0)
     assert goals.status.state is GoalState.REACHED, goals.status
@@ -301,9 +301,9 @@ def test_a_map_that_fails_refuses_the_goal(simulation, monkeypatch, tmp_path):
     def broken(*_):
         raise OverflowError("a bug")
 
-    monkeypatch.setattr("kbot.navigation.goals.robot_planner", broken)
+    monkeypatch.setattr("kbot.navigation.goals_with_map.robot_planner", broken)
     monkeypatch.setattr("kbot.text.crash.state_folder", lambda: tmp_path)
-    monkeypatch.setattr("kbot.navigation.goals.FAULTS", Complaints(logging.getLogger("goals")))
+    monkeypatch.setattr("kbot.navigation.goals_with_map.FAULTS", Complaints(logging.getLogger("goals")))
     goals = Goals(simulation)
     for x in (1.0, 2.0):
         goals.go(PlanarPose(x, 0.0))

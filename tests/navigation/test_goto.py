@@ -57,6 +57,6 @@ def test_invalid_goals_and_options_are_errors(capsys, words, message):
     assert message in capsys.readouterr().err
 
 
-def test_goto_needs_headless(capsys):
-    assert _run(["sim", "kbot", "--goto", "1,2,3"]) == 2
-    assert "--headless" in capsys.readouterr().err
+def test_goto_and_a_script_both_drive(capsys):
+    assert _run(["sim", "kbot", "--goto", "1,2,3", "--script", "drive.py"]) == 2
+    assert "--goto drives the robot. Remove --script" in capsys.readouterr().err

@@ -10,10 +10,13 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.policy import Policy
 from kbot.learn.policy_driving import policy_goals
 from kbot.messages import String
+from kbot.messages.navigation import OccupancyGrid
+from kbot.navigation.goal_options import GoalOptions
 from kbot.workbench.notebook import LoadedReader, reading_of
 from kbot.workbench.protocol import Drive, Publish, Stop
 from kbot.workbench.serve import open_session
 from kbot.workbench.session.driven_session import driven_session
+from kbot.workbench.source.description_file import DescriptionFile
 from kbot.world import load_world
 
 pytestmark = pytest.mark.usefixtures("keeps_up")
@@ -78,6 +81,46 @@ def test_a_goal_continues_after_a_save(session):
     states = _states(session)
     _advance(session, 14.0)
     assert states[-1] == "reached"
+
+
+def test_a_page_without_a_map_drives_to_its_first_goal_and_to_others(xacro: Path):
+    description = DescriptionFile(str(xacro), {"lidar": "true"})
+    options = GoalOptions(no_map=True, arrive=0.1)
+    first = PlanarPose(0.6, 0.2)
+    world = load_world("rooms")
+    session = driven_session(description, world, "rooms", 0, "recipe", make_goals=options.goals, goal=first)
+    states, costmaps = _states(session), []
+    bus = session._motion.bus
+    assert "/map" not in bus.topics
+    bus.subscribe("move_base/local_costmap/costmap", OccupancyGrid, costmaps.append)
+    _advance(session, 8.0)
+    assert states[-1] == "reached"
+    x, y, _ = session.state().odometry
+    assert (x, y) == pytest.approx((0.6, 0.2), abs=0.1)
+    assert costmaps
+    session.handle(_goal(0.0, 0.0), 1)
+    _advance(session, 10.0)
+    assert states[-1] == "reached"
+    x, y, _ = session.state().odometry
+    assert (x, y) == pytest.approx((0.0, 0.0), abs=0.1)
+
+
+def test_a_first_goal_that_is_refused_is_reported(xacro: Path):
+    reports: list[str] = []
+    session = driven_session(
+        DescriptionFile(str(xacro)),
+        load_world("empty"),
+        "empty",
+        0,
+        "recipe",
+        lambda simulation: simulation.journal.listeners.append(reports.append),
+        make_goals=GoalOptions(no_map=True).goals,
+        goal=PlanarPose(1.0, 0.0),
+    )
+    states = _states(session)
+    assert states[-1].startswith("refused: ")
+    assert len(reports) == 1
+    assert "declares no level lidar" in reports[0]
 
 
 def test_an_invalid_sensor_is_reported_at_its_line(tmp_path: Path):

@@ -19,9 +19,9 @@ from kbot.messages.types import TransformStamped
 from kbot.record.feed import Packet
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.tf.foreign_frames import ForeignFrames
 from kbot.tf.state_publishers import StatePublishers
 from kbot.workbench.protocol import Drive, SetWorld
-from kbot.workbench.scene.foreign_frames import ForeignFrames
 from kbot.workbench.serve import open_session
 from kbot.workbench.topics.relay import TopicRelay, encode_packet
 

@@ -1,8 +1,10 @@
-"""Drives simulated robots to goals with a policy: `go_to_with_policy`, and the driver of `Goals`."""
+"""Drives simulated robots to goals with a policy: `go_to_with_policy`, and the navigation of `Goals`."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Literal
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.inputs import Sectors
@@ -66,31 +68,70 @@ def _require_view(sectors: Sectors, lidar: LidarSensor | None, name: str) -> Non
         )
 
 
-class PolicyDriver:
-    """A `MaplessDriver` of `Goals`: drives to one goal after another with a policy."""
+class WithPolicy:
+    """A `GoalNavigation`: drives to one goal after another with a policy, without a map."""
+
+    surroundings: Literal["none"] = "none"
 
     def __init__(self, simulation: Simulation, policy: Policy, arrive: float = ARRIVE) -> None:
-        """Raises KbotError: the policy does not fit the robot."""
-        self._policy, self._arrive = fitted(policy, simulation), arrive
-        self._silence = _silence(level_lidar(simulation))
+        """`arrive`: radius in m within which a goal is reached."""
+        self._simulation, self._policy, self._arrive = simulation, policy, arrive
+        self._lidar: LidarSensor | None = None
         self._controller: PolicyController | None = None
+        self._pilot: Pilot | None = None
+        self._is_set_up = False
+        self._time = -math.inf
+        self._after: Callable[[], None] = lambda: None
         self.path = None
-
-    @property
-    def rate(self) -> float:
-        return self._policy.required_interface.rate
+        self.grid = None
 
     @property
     def status(self) -> GoalReport | None:
         return None if self._controller is None else self._controller.status
 
-    def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalReport:
-        """Replace the current goal. Raises KbotError as `PolicyController`."""
-        self._controller = PolicyController(self._policy, goal, self._arrive, timeout, self._silence)
-        return self._controller.status
+    @property
+    def pose(self) -> PlanarPose:
+        """The pose by odometry since the last goal began; the start pose before the first."""
+        simulation = self._simulation
+        if self._pilot is None:
+            return simulation.ground_truth.pose
+        return self._pilot.start @ simulation.odometry.pose
+
+    def set_up(self) -> None:
+        """Before the first goal, fit the policy to the robot. Raises KbotError: it does not fit."""
+        if not self._is_set_up:
+            self._policy = fitted(self._policy, self._simulation)
+            self._lidar = level_lidar(self._simulation)
+            self._is_set_up = True
+
+    def go(self, goal: PlanarPose, timeout: float | None, any_heading: bool) -> None:
+        """Replace the current goal, whose heading is always free. Raises KbotError as `PolicyController`."""
+        self._controller = PolicyController(self._policy, goal, self._arrive, timeout, _silence(self._lidar))
+        self._time = self._simulation.time
+
+    def drive(self, after: Callable[[], None]) -> Pilot:
+        self._after = after
+        seen = LidarPoints(self._lidar) if self._lidar else None
+        rate = self._policy.required_interface.rate
+        self._pilot = Pilot(self._simulation, self, rate, "odometry", seen)
+        return self._pilot
 
     def update(self, observation: Observation) -> Twist:
-        return STILL if self._controller is None else self._controller.update(observation)
+        controller = self._controller
+        if controller is None:
+            return STILL
+        if observation.time < self._time:
+            self.cancel("the simulation was reset")
+        self._time = observation.time
+        wanted = controller.update(observation)
+        self._after()
+        return wanted
+
+    def prepare(self, goal: PlanarPose | None) -> None:
+        """There is nothing to prepare."""
+
+    def world_changed(self) -> None:
+        """The lidar detects what has changed."""
 
     def cancel(self, reason: str) -> None:
         self._end(GoalState.CANCELLED, reason)
@@ -105,7 +146,7 @@ class PolicyDriver:
 
 def policy_goals(simulation: Simulation, policy: Policy, arrive: float = ARRIVE) -> Goals:
     """Goals to which the simulation's robot drives with a policy. They are refused if it does not fit."""
-    return Goals(simulation, make_driver=lambda each: PolicyDriver(each, policy, arrive))
+    return Goals(simulation, WithPolicy(simulation, policy, arrive))
 
 
 def go_to_with_policy(

@@ -10,6 +10,8 @@ from kbot.navigation.footprint import Outline, outline, turning_radius
 from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.goals import Goals
+from kbot.navigation.goals_with_map import WithMap
+from kbot.navigation.goals_without_map import WithoutMap
 from kbot.navigation.navigator import Navigator, NavigatorSettings
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
@@ -41,6 +43,8 @@ __all__ = [
     "Refusal",
     "RegulatedPurePursuit",
     "Trip",
+    "WithMap",
+    "WithoutMap",
     "from_pose_stamped",
     "go_to",
     "go_to_without_map",

@@ -169,6 +169,7 @@ class _Run:
     """The state of one goal."""
 
     goal: PlanarPose
+    limits: ControllerLimits
     begun: float = math.nan
     deadline: float = math.inf
     follower: PathFollower | None = None
@@ -211,8 +212,9 @@ class Navigator:
         self._run: _Run | None = None
         self._timeout: float | None = None
 
-    def go(self, goal: PlanarPose, timeout: float | None = None) -> GoalReport:
-        """Replace the current goal; `timeout` in s replaces the time limit from the path's length.
+    def go(self, goal: PlanarPose, timeout: float | None = None, any_heading: bool = False) -> GoalReport:
+        """Replace the current goal; `timeout` in s replaces the time limit from the path's length. With
+        `any_heading`, the goal's yaw does not matter.
 
         Raises:
             KbotError: a number is not finite, the goal is too far away, or the timeout is not above 0.
@@ -222,7 +224,10 @@ class Navigator:
             raise KbotError(f"a timeout must be a finite number of seconds above 0, not {timeout}")
         self._turning_centre.interrupt()
         self.path, self._timeout = None, timeout
-        self._run = _Run(goal)
+        limits = self.settings.limits
+        if any_heading:
+            limits = replace(limits, angle=math.pi)  # no heading is further off
+        self._run = _Run(goal, limits)
         return self._report(GoalState.ACCEPTED)
 
     def guard_with_lidar(self, outline: Outline, rate: float = 20.0) -> None:
@@ -295,7 +300,7 @@ class Navigator:
         """Once the robot is at rest, end the goal if it is reached, else plan a correction."""
         if not observation.is_at_rest:
             return STILL
-        limits, pose, goal = self.settings.limits, observation.pose, self._goal_of_point(run)
+        limits, pose, goal = run.limits, observation.pose, self._goal_of_point(run)
         off = math.hypot(goal.x - pose.x, goal.y - pose.y)
         turned = abs(wrapped(goal.yaw - pose.yaw))
         if off <= limits.distance and turned <= limits.angle:
@@ -333,7 +338,7 @@ class Navigator:
             # then on the map alone: what the lidar detected may have been in the way only for a while
             planners.insert(0, self.planner.with_obstacles(observation.pose.apply(observation.obstacles)))
         run.learned = self._turning_centre.in_base
-        any_heading = self.settings.limits.angle >= math.pi
+        any_heading = run.limits.angle >= math.pi
         goal = self._goal_of_point(run)
         # then for the base: the planner's radius is that of a turn about the base's origin
         for planner, point in dict.fromkeys(product(planners, (run.learned, _BASE))):
@@ -358,7 +363,7 @@ class Navigator:
 
     def _follower(self, run: _Run, path: Path) -> PathFollower:
         """The controller for a path. A correction is driven gently, and backwards if the goal is behind."""
-        limits = self.settings.limits
+        limits = run.limits
         make = self._make_follower if self.guidance is None else self.guidance.follower
         if not run.corrections:
             return make(path, limits)

@@ -232,6 +232,7 @@ def go_to(
     pose: PoseSource = "ground_truth",
     navigator: Navigator | None = None,
     lidar: LidarSensor | None = None,
+    any_heading: bool = False,
 ) -> Trip:
     """Run the simulation until its robot has reached the goal or cannot reach it. The robot is then stopped.
 
@@ -244,6 +245,7 @@ def go_to(
         pose: which pose steers the robot.
         navigator: replaces the default one, with its own map.
         lidar: the robot stops before obstacles that it detects, and plans around them.
+        any_heading: the goal's yaw does not matter.
 
     Raises:
         KbotError: the robot cannot drive, a number is not finite, or the goal is too far away.
@@ -258,7 +260,7 @@ def go_to(
         if lidar is not None:
             navigator.guard_with_lidar(moves.outline, lidar.spec.rate)
     begun = simulation.time
-    status = navigator.go(goal, timeout)
+    status = navigator.go(goal, timeout, any_heading)
     odometer = _Odometer(simulation)
     seen = LidarPoints(lidar) if lidar is not None else None
     pilot = Pilot(simulation, navigator, pose=pose, seen=seen)

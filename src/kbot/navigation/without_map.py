@@ -56,6 +56,10 @@ class _Lidar:
     def close(self) -> None:
         self._subscription.close()
 
+    def forget(self, now: float) -> None:
+        """Forget all scans up to now, because the robot was placed elsewhere."""
+        self.stamp, self.points, self.matcher, self._received = now, None, ScanMatcher(), None
+
     def _receive(self, scan: LaserScan) -> None:
         self._received = scan
 
@@ -99,7 +103,9 @@ class LocalPilot:
     """Drives a simulation's robot by a `LocalNavigator` until it is closed.
 
     The navigator gets the robot's pose once, at the start. After that it gets the robot's wheel odometry, the
-    turning speed of its IMU and the scans of its level lidars."""
+    turning speed of its IMU and the scans of its level lidars. While there is no goal, the pilot estimates
+    the robot's pose and does not command it. If the robot is then placed elsewhere, it gets the new pose. A
+    robot that is moved on the way to a goal must notice that itself. A reset cancels the goal."""
 
     def __init__(
         self,
@@ -107,17 +113,17 @@ class LocalPilot:
         navigator: LocalNavigator,
         lidars: list[LidarSensor],
         odometry: Callable[[], Motion] | None = None,
+        after: Callable[[], None] = lambda: None,
     ) -> None:
-        """`odometry` replaces the robot's wheel odometry."""
+        """`odometry` replaces the robot's wheel odometry. `after` is called after each update of a goal."""
         base = mobility(simulation).base
         self._simulation, self._navigator = simulation, navigator
         self._wheels = _WheelOdometry(simulation)
         self._odometry = odometry or self._wheels
         self._lidars = [_Lidar(lidar, base) for lidar in lidars]
-        self.estimate = PoseEstimate(simulation.ground_truth.pose, navigator.limits.drift)
-        self._watch = MotionWatch(navigator.settings.frozen, navigator.settings.lost)
-        self._commanded = 0.0
+        self._after = after
         self._attitude: Attitude | None = None
+        self._begin_estimate()
         self._subscription: Subscription | None = None
         imu = _imu(simulation)
         if imu is not None:
@@ -136,9 +142,44 @@ class LocalPilot:
         if self._subscription is not None:
             self._subscription.close()
 
+    @property
+    def pose(self) -> PlanarPose:
+        """The estimated pose of the base, in the world's frame."""
+        self._look_for_jump()
+        return self.estimate.pose
+
+    def _begin_estimate(self) -> None:
+        """Start from the true pose."""
+        simulation = self._simulation
+        self.estimate = PoseEstimate(simulation.ground_truth.pose, self._navigator.limits.drift)
+        self._jumps, self._time = simulation.robots.first.jumps, simulation.time
+        self._begin_watch()
+
+    def _begin_watch(self) -> None:
+        settings = self._navigator.settings
+        self._watch, self._commanded = MotionWatch(settings.frozen, settings.lost), 0.0
+
+    def _look_for_jump(self) -> None:
+        """Start again if the robot was placed elsewhere while it had no goal, or if the time was set back."""
+        simulation, navigator = self._simulation, self._navigator
+        was_reset = simulation.time < self._time
+        was_placed = simulation.robots.first.jumps != self._jumps and not navigator.is_driving
+        self._time = simulation.time
+        if not was_reset and not was_placed:
+            return
+        navigator.cancel("the simulation was reset")
+        navigator.grid.clear()
+        for lidar in self._lidars:
+            lidar.forget(simulation.time)
+        if self._attitude is not None:
+            self._attitude.forget()
+        self._begin_estimate()
+
     def tick(self) -> None:
-        """Update the estimate and the navigator once, and command the robot."""
+        """Update the estimate and, if there is a goal, the navigator, and command the robot."""
         simulation, now = self._simulation, self._simulation.time
+        had_goal = self._navigator.is_driving
+        self._look_for_jump()
         motion = self._odometry()
         self.estimate.add_odometry(now, motion.pose, motion.twist)
         scans, fits = [], None
@@ -149,6 +190,9 @@ class LocalPilot:
                 fits = match.fits if match is not None else fits
                 base = self.estimate.at(lidar.stamp)
                 scans.append((scan, SensorPlace.on_base(base, lidar.base_from_sensor)))
+        if not had_goal:
+            self._begin_watch()
+            return
         points = [lidar.points for lidar in self._lidars if lidar.points is not None]
         obstacles = np.concatenate(points) if len(points) == len(self._lidars) else None
         age = now - min(lidar.stamp for lidar in self._lidars)
@@ -158,6 +202,7 @@ class LocalPilot:
         wanted = self._navigator.update(observation, scans)
         self._commanded = wanted.linear.x
         simulation.cmd_vel(wanted.linear.x, wanted.angular.z)
+        self._after()
 
     def _match(self, lidar: _Lidar) -> Match | None:
         """Correct the estimate by a new scan; None if nothing is near enough to match it."""

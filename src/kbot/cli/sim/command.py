@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from kbot.learn.policy import Policy
     from kbot.model.load import Loaded
     from kbot.navigation import Goals
+    from kbot.navigation.goal_options import GoalOptions
     from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
     from kbot.workbench.displays.display_file import DisplayFile
@@ -83,15 +84,20 @@ class _RunOptions:
     as_json: bool
 
     @property
+    def goal_options(self) -> GoalOptions:
+        """The options of all goals. Invalid values end the program."""
+        from kbot.navigation.goal_options import GoalOptions  # imported lazily: it loads the engine
+
+        max_speed = None if self.max_speed is None else limits_of("--max-speed", self.max_speed)
+        return GoalOptions(self.no_map, self.arrive, max_speed)
+
+    @property
     def goto_request(self) -> GotoRequest | None:
         """The goal to drive to, and how. Invalid values end the program."""
         if self.goal is None:
             return None
         goal, has_heading = self.goal
-        max_speed = None if self.max_speed is None else limits_of("--max-speed", self.max_speed)
-        return GotoRequest(
-            goal, has_heading, self.no_map, self.arrive, max_speed, self.duration, self.read_policy()
-        )
+        return GotoRequest(goal, has_heading, self.goal_options, self.duration, self.read_policy())
 
     @property
     def goal(self) -> tuple[PlanarPose, bool] | None:
@@ -113,16 +119,17 @@ class _RunOptions:
             return Policy.read(self.policy)
 
     def refuse_without_headless(self) -> None:
-        in_page = ("goto",) if self.policy is not None else ()
-        for name in ("duration", "cmd_vel", "goto", "plot", "shot"):
-            if getattr(self, name) is not None and name not in in_page:
+        for name in ("duration", "cmd_vel", "plot", "shot"):
+            if getattr(self, name) is not None:
                 fail(f"--{name.replace('_', '-')} needs --headless")
         if self.as_json:
             fail("--json needs --headless")
         if self.policy is not None and self.script is not None:
             fail("--policy drives the robot. Remove --script")
+        if self.goto is not None and self.script is not None:
+            fail("--goto drives the robot. Remove --script")
         self._require_arrive()
-        self._refuse_without_goto()
+        self._refuse_with_policy()
 
     def _require_arrive(self) -> None:
         if self.arrive is not None and not (math.isfinite(self.arrive) and self.arrive > 0.0):
@@ -136,15 +143,13 @@ class _RunOptions:
         if self.max_speed is not None:
             fail("--policy has its own highest speeds. Remove --max-speed")
 
-    def _refuse_without_goto(self) -> None:
-        self._refuse_with_policy()
+    def refuse_without_goals(self) -> None:
+        """Without a page and without a bridge, the only goal is that of --goto."""
         if self.goto is not None:
             return
         for name in ("no_map", "arrive", "max_speed"):
-            if name == "arrive" and self.policy is not None:
-                continue  # for the goals that are set in the page
             if getattr(self, name) not in (None, False):
-                fail(f"--{name.replace('_', '-')} needs --goto")
+                fail(f"--{name.replace('_', '-')} needs --goto or a bridge such as --ros1")
 
     def require_consistent(self) -> None:
         seconds = DURATION if self.duration is None else self.duration
@@ -163,7 +168,7 @@ class _RunOptions:
         self._require_arrive()
         if self.policy is not None and self.goto is None:
             fail("--policy with --headless needs --goto")
-        self._refuse_without_goto()
+        self._refuse_with_policy()
 
 
 @click.command(
@@ -304,8 +309,8 @@ def command(
     the same inputs give the same result, bit for bit. A headless run with a bridge runs in real time,
     until Ctrl-C if there is no --duration.
 
-    The options --duration, --cmd-vel, --goto, --plot, --shot and --json need --headless. With --policy, the
-    page also accepts --goto, and the policy drives to each goal that you set in the page.
+    The options --duration, --cmd-vel, --plot, --shot and --json need --headless. Goals from the page, from
+    rviz and from programs use --no-map, --arrive, --max-speed and --policy too.
 
     What a script prints goes to stdout, and with --json to stderr.
 
@@ -316,6 +321,8 @@ def command(
     if headless:
         _refuse_without_page(ctx)
         run.require_consistent()
+        if peers is None or not peers.is_live:
+            run.refuse_without_goals()
         return _run_headless(file, values, setup, run, record, peers, package_path)
     run.refuse_without_headless()
     _serve(file, values, setup, run, record, peers, package_path, displays, page)
@@ -335,8 +342,8 @@ def _serve(
 ) -> None:
     """Simulate in the page until Ctrl-C."""
     start, script = setup.start, run.script
-    policy = run.read_policy()
-    goal = None if run.goal is None else run.goal[0]
+    policy, options = run.read_policy(), run.goal_options
+    goal, has_heading = run.goal or (None, False)
     with loading(file):
         # imported lazily, so that -h stays fast
         from kbot.checks.first_look import CONTROL, MESHES, first_look
@@ -360,7 +367,6 @@ def _serve(
         program = Script(script)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
         with loading(world):
-            from kbot.workbench.driving.driving import goals_on_map
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.driven_session import driven_session
             from kbot.workbench.source.description_file import DescriptionFile
@@ -383,8 +389,9 @@ def _serve(
                 setup.contacts,
                 join,
                 start,
-                make_goals=goals_on_map if policy is None else _goals_with(policy, run.arrive),
+                make_goals=options.goals if policy is None else _goals_with(policy, run.arrive),
                 goal=goal,
+                goal_has_heading=has_heading,
             )
         session.display_file = displays or session.display_file
         if script is not None or goal is not None:
@@ -438,9 +445,9 @@ def _run_headless(
     if has_outputs:
         report(mount_declared(simulation)[1])
     if is_live and request is None:
-        from kbot.navigation import Goals, NavigationTopics
+        from kbot.navigation import NavigationTopics
 
-        NavigationTopics(simulation, Goals(simulation, in_background=True))
+        NavigationTopics(simulation, run.goal_options.goals(simulation))
     with ExitStack() as stack:
         outputs = None
         if has_outputs:

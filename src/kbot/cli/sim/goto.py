@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
     from kbot.learn.policy import Policy
     from kbot.navigation import Trip
+    from kbot.navigation.goal_options import GoalOptions
     from kbot.sim import Simulation
 
 
@@ -24,24 +25,20 @@ class GotoRequest:
 
     goal         in the world's frame
     has_heading  whether the goal's yaw counts
-    no_map       the robot gets no map, and only its start pose
-    arrive       radius in m within which the goal is reached, None for the default
-    max_speed    m/s and rad/s, None for the default
+    options      of goals
     timeout      s, None for an estimate from the way
     policy       drives the robot, without a map; None for KBot's own controllers
     """
 
     goal: PlanarPose
     has_heading: bool
-    no_map: bool
-    arrive: float | None
-    max_speed: tuple[float, float] | None
+    options: GoalOptions
     timeout: float | None
     policy: Policy | None = None
 
     @property
     def has_map(self) -> bool:
-        return not self.no_map and self.policy is None
+        return not self.options.no_map and self.policy is None
 
 
 def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int:
@@ -55,7 +52,11 @@ def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int
         if request.policy is not None:
             trip = _with_policy(simulation, request, request.policy)
         else:
-            trip = _without_map(simulation, request) if request.no_map else _with_map(simulation, request)
+            trip = (
+                _without_map(simulation, request)
+                if request.options.no_map
+                else _with_map(simulation, request)
+            )
     run = make_report(simulation, trip.distance, progress.wall)
     report(run.findings)
     if as_json:
@@ -76,37 +77,31 @@ def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int
 def _with_map(simulation: Simulation, request: GotoRequest) -> Trip:
     """Drive on the world's own map. If the description declares a lidar, the robot also stops before
     obstacles that the lidar detects."""
-    from kbot.navigation.navigator import NavigatorSettings
     from kbot.navigation.simulated import go_to
     from kbot.sensors import LidarSensor
     from kbot.sensors.declared import mount_declared
 
-    limits = NavigatorSettings().limits
-    if request.arrive is not None:
-        limits = replace(limits, distance=request.arrive)
-    if not request.has_heading:
-        limits = replace(limits, angle=math.pi)  # no heading is further off
-    if request.max_speed is not None:
-        from kbot.navigation.local.motion_limits import motion_limits
-
-        declared = motion_limits(simulation.robots.first, request.max_speed)
-        limits = replace(limits, linear=declared.linear, angular=declared.angular)
     sensors, _ = mount_declared(simulation, strict=False)
     lidar = next((sensor for sensor in sensors.values() if isinstance(sensor, LidarSensor)), None)
-    settings = NavigatorSettings(limits=limits)
-    return go_to(simulation, request.goal, timeout=request.timeout, settings=settings, lidar=lidar)
+    return go_to(
+        simulation,
+        request.goal,
+        timeout=request.timeout,
+        settings=request.options.settings(simulation),
+        lidar=lidar,
+        any_heading=not request.has_heading,
+    )
 
 
 def _without_map(simulation: Simulation, request: GotoRequest) -> Trip:
-    from kbot.navigation.controller import GENTLE
     from kbot.navigation.without_map import go_to_without_map
 
     return go_to_without_map(
         simulation,
         request.goal,
         any_heading=not request.has_heading,
-        arrive=GENTLE.distance if request.arrive is None else request.arrive,
-        max_speed=request.max_speed,
+        arrive=request.options.radius,
+        max_speed=request.options.max_speed,
         timeout=request.timeout,
     )
 
@@ -115,7 +110,7 @@ def _with_policy(simulation: Simulation, request: GotoRequest, policy: Policy) -
     from kbot.learn.policy import ARRIVE
     from kbot.learn.policy_driving import go_to_with_policy
 
-    arrive = ARRIVE if request.arrive is None else request.arrive
+    arrive = ARRIVE if request.options.arrive is None else request.options.arrive
     return go_to_with_policy(simulation, policy, request.goal, arrive=arrive, timeout=request.timeout)
 
 

@@ -22,6 +22,10 @@ class Attitude:
         self._force: NDArray[np.float64] | None = None
         self._time = 0.0
 
+    def forget(self) -> None:
+        """Begin again, because the robot was placed elsewhere."""
+        self._force = None
+
     def add(self, time: float, force: tuple[float, float, float]) -> None:
         """Process a specific force in m/s^2 in the sensor's axes."""
         measured = self._base_from_sensor @ force

@@ -111,6 +111,14 @@ def weights(occupied: NDArray[np.bool_], resolution: float, radius: float, room:
     return found
 
 
+def costs(occupied: NDArray[np.bool_], resolution: float, radius: float, room: float) -> NDArray[np.int8]:
+    """The costs of cells as in a costmap of ROS: 100 in an obstacle, 99 where the robot touches one, and less
+    with the distance, down to 0."""
+    weight = weights(occupied, resolution, radius, room)
+    near = np.round(98.0 / _NEAR_WEIGHT * (np.minimum(weight, 1.0 + _NEAR_WEIGHT) - 1.0))
+    return np.where(occupied, 100, np.where(weight >= LETHAL, 99, near)).astype(np.int8)
+
+
 def halved(weight: Values) -> Values:
     """The lowest weight of each square of 2 x 2 cells, so that a narrow passage stays open."""
     rows, columns = (size // 2 * 2 for size in weight.shape)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
@@ -17,7 +18,7 @@ from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observat
 from kbot.navigation.footprint import Outline
 from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalReport, GoalState
-from kbot.navigation.local.cost_to_go import CostToGo, Sweeping, halved, weights
+from kbot.navigation.local.cost_to_go import CostToGo, Sweeping, costs, halved, weights
 from kbot.navigation.local.distance_field import DistanceField
 from kbot.navigation.local.footprint_clearance import FootprintClearance
 from kbot.navigation.local.motion_limits import MotionLimits
@@ -154,6 +155,25 @@ class LocalNavigator:
         """Cancel the goal, if there is one. The robot stops at the next update."""
         if self._run is not None:
             self._end(GoalState.CANCELLED, reason)
+
+    def refuse(self, reason: str) -> None:
+        """Refuse the goal, if there is one, for a reason that the navigator does not know."""
+        if self._run is not None:
+            self._end(GoalState.REFUSED, reason)
+
+    @property
+    def is_driving(self) -> bool:
+        """Whether there is a goal that has not ended."""
+        return self._run is not None
+
+    @property
+    def cost_to_go(self) -> CostToGo | None:
+        """The lengths of the ways to the goal, as last computed; None before that."""
+        return self._cost_to_go
+
+    def costs(self) -> NDArray[np.int8]:
+        """The costs of the cells of the grid, as in a costmap of ROS."""
+        return costs(self.grid.occupied, self.grid.resolution, self._radius, self.settings.room)
 
     def update(self, observation: Observation, scans: Scans = ()) -> Twist:
         """The command until the next tick. `scans` are new, each with the place of its lidar when it

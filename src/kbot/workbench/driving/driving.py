@@ -17,12 +17,13 @@ from kbot.messages import Bus, Clock
 from kbot.messages.types import WORLD
 from kbot.messages.visualization import PointStamped
 from kbot.model import RobotModel
-from kbot.navigation import Goals, NavigationTopics
+from kbot.navigation import Goals, NavigationTopics, WithMap
 from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.sim.snapshots import Snapshot
 from kbot.text import Diagnostic, KbotError
+from kbot.tf.foreign_frames import ForeignFrames, Frames
 from kbot.workbench.driving.contact_forces import ContactForces
 from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.driving.out_of_world import OutOfWorld
@@ -42,7 +43,6 @@ from kbot.workbench.protocol import (
     ResetPart,
     Spawn,
 )
-from kbot.workbench.scene.foreign_frames import ForeignFrames, Frames
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field
@@ -61,7 +61,7 @@ OnStart: TypeAlias = Callable[[Simulation], None]
 
 def goals_on_map(simulation: Simulation) -> Goals:
     """Goals to which the robot drives on a map that is made while the page goes on."""
-    return Goals(simulation, in_background=True)
+    return Goals(simulation, WithMap(simulation, in_background=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +81,8 @@ class RunSetup:
     make_goals: Callable[[Simulation], Goals] = goals_on_map
     goal: PlanarPose | None = None
     """The first goal of each run, in the world's frame."""
+    goal_has_heading: bool = False
+    """Whether the yaw of the first goal counts."""
 
 
 class Driving:
@@ -114,7 +116,10 @@ class Driving:
         self._sim.bus.advertise("clicked_point", PointStamped)  # pages publish on it
         setup.on_start(self._sim)
         if setup.goal is not None and simulation is None:
-            navigation.go(setup.goal)
+            try:
+                navigation.go(setup.goal, any_heading=not setup.goal_has_heading)
+            except KbotError as error:
+                self._sim.journal.report(f"the goal is refused: {error}")
         self._shown = self._moment()
 
     @property

@@ -10,8 +10,8 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import Bus, Clock
 from kbot.model import RobotModel
 from kbot.text import Diagnostic
+from kbot.tf.foreign_frames import Frames
 from kbot.workbench.protocol import Action, FallenView, FaultView, Timeline
-from kbot.workbench.scene.foreign_frames import Frames
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making

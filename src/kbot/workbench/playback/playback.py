@@ -16,6 +16,7 @@ from kbot.record.formats import Index
 from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import Diagnostic, KbotError
+from kbot.tf.foreign_frames import ForeignFrames
 from kbot.tf.static_transforms import add_static_transforms
 from kbot.workbench.driving.mover import Moment, flat
 from kbot.workbench.playback.recorded_moves import RecordedMoves
@@ -24,7 +25,6 @@ from kbot.workbench.playback.recorded_run import TF_STATIC, RecordedRun, Recorde
 from kbot.workbench.playback.recorded_series import series_of_run
 from kbot.workbench.playback.recorded_world import RecordedWorld
 from kbot.workbench.protocol import Action, Timeline
-from kbot.workbench.scene.foreign_frames import ForeignFrames
 from kbot.workbench.scene.scene import Control
 from kbot.workbench.timeline.recording import RunRecording
 from kbot.workbench.timeline.series import Field, Making

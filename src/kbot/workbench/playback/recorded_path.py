@@ -15,8 +15,8 @@ from kbot.record.formats import read_fields
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text.json_text import parse_json
+from kbot.tf.foreign_frames import MAP, read_transform
 from kbot.workbench.playback.recorded_run import TF, RecordedRun, RecordedState
-from kbot.workbench.scene.foreign_frames import MAP, read_transform
 from kbot.workbench.timeline.driven_paths import DrivenPath, TrailPoint
 
 MOST_PLACES = 3000

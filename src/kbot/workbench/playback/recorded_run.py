@@ -25,7 +25,7 @@ from kbot.record.index import open_index
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
-from kbot.workbench.scene.foreign_frames import plain, read_transform
+from kbot.tf.foreign_frames import plain, read_transform
 
 
 class RecordedState:

@@ -17,8 +17,8 @@ from kbot.record.formats import read_text
 from kbot.record.world_recorder import WORLD_TOPIC
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
+from kbot.tf.foreign_frames import read_transform
 from kbot.workbench.playback.recorded_run import RecordedRun
-from kbot.workbench.scene.foreign_frames import read_transform
 from kbot.world import World, load_world
 from kbot.world.things import read_sdf_model, thing
 from kbot.world.world import Body

@@ -32,13 +32,27 @@ def driven_session(
     naming: Naming = ROOT_NAMING,
     make_goals: Callable[[Simulation], Goals] = goals_on_map,
     goal: PlanarPose | None = None,
+    goal_has_heading: bool = False,
 ) -> Session:
     """Return a session whose robot is simulated in the world that `world_name` names.
 
     `start` is that of `Simulation`, and `naming` sets the namespace of its topics. The simulation starts
     once the description is usable. `make_goals` makes what drives to goals, and `goal` is the first one.
+    Its yaw counts if `goal_has_heading`.
     """
-    setup = RunSetup(world, world_name, world_name, seed, contacts, on_start, start, naming, make_goals, goal)
+    setup = RunSetup(
+        world,
+        world_name,
+        world_name,
+        seed,
+        contacts,
+        on_start,
+        start,
+        naming,
+        make_goals,
+        goal,
+        goal_has_heading,
+    )
     return Session(
         reader,
         "sim",

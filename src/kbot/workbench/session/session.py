@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from kbot.model import RobotModel
 from kbot.text import DescriptionError, Diagnostic, KbotError
+from kbot.tf.foreign_frames import frame_for_peers
 from kbot.workbench.displays.display_file import DisplayFile
 from kbot.workbench.driving.mover import Moment, Mover, flat
 from kbot.workbench.driving.no_robot import NO_ROBOT, NoRobot
@@ -48,7 +49,6 @@ from kbot.workbench.protocol import (
     Stop,
     Timeline,
 )
-from kbot.workbench.scene.foreign_frames import frame_for_peers
 from kbot.workbench.session.deadman import NOBODY, Deadman
 from kbot.workbench.session.offers import Mode, Offers, about
 from kbot.workbench.session.shown_scene import ShownScene
