@@ -45,6 +45,20 @@ def test_metadata_replaces_an_earlier_text() -> None:
     assert check(twice).metadata == {"a": "3", "b": "2"}
 
 
+def test_notes_of_exporters_are_removed() -> None:
+    """PyTorch writes its source code and the paths of its files into each operator."""
+    noted = relu()
+    noted.graph.node[0].doc_string = 'File "/home/me/secret.py", line 1'
+    for part in (noted.graph, noted.graph.node[0], noted.graph.input[0]):
+        part.metadata_props.add(key="pkg.torch.onnx.stack_trace", value='File "/home/me/secret.py", line 1')
+    noted.metadata_props.add(key="author", value="me")
+    data = noted.SerializeToString()
+    assert b"secret" in data
+    described = with_metadata(data, {"key": "text"})
+    assert b"secret" not in described
+    assert check(described).metadata == {"author": "me", "key": "text"}
+
+
 @pytest.mark.parametrize("data", [b"", b"\n", b"<robot/>", b"\x08\x07", bytes(range(256)) * 40])
 def test_other_files_are_no_onnx_files(data: bytes) -> None:
     with pytest.raises(KbotError, match=r"^is not an ONNX file$"):

@@ -108,8 +108,15 @@ def open_session(data: bytes) -> Any:  # noqa: ANN401 - onnxruntime has no types
 def with_metadata(data: bytes, texts: Mapping[str, str]) -> bytes:
     """The bytes of an ONNX file with more texts in its metadata.
 
+    The notes of exporters about operators and tensors are removed. PyTorch writes source code and the paths
+    of its files there.
+
     Raises: KbotError: they are not an ONNX file, or onnx is not installed."""
     model = _parsed(data)
+    graph = model.graph
+    for part in (graph, *graph.node, *graph.initializer, *graph.input, *graph.output, *graph.value_info):
+        part.ClearField("metadata_props")
+        part.ClearField("doc_string")
     kept = [each for each in model.metadata_props if each.key not in texts]
     del model.metadata_props[:]
     model.metadata_props.extend(kept)
