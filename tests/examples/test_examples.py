@@ -13,6 +13,8 @@ from nbclient import NotebookClient
 from numpy.typing import NDArray
 
 import kbot
+from kbot.learn.policy import Policy
+from kbot.learn.policy_driving import go_to_with_policy
 from kbot.navigation.collision_watch import CollisionWatch
 from kbot.sim.script import Script
 from kbot.text import KbotError
@@ -186,3 +188,26 @@ def test_the_wheel_example_chooses_the_smallest_wheel_that_climbs(tmp_path: Path
     assert [float(row["wheel_radius"]) for row in rows] == pytest.approx([0.02, 0.035, 0.05])
     assert [float(row["climbed"]) for row in rows] == pytest.approx([0.0, 0.028, 0.028], abs=0.002)
     assert all(abs(float(row["odometry_off"])) < 0.01 for row in rows)
+
+
+def test_the_trained_policy_arrives_where_a_straight_line_does_not() -> None:
+    """In rooms that the policy has not seen in training."""
+    folder = EXAMPLES / "train_a_policy"
+    words = [sys.executable, "evaluate.py", "policy.onnx", "--episodes", "6"]
+    printed = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=True).stdout
+    rows = [line.strip("| ").split(" | ") for line in printed.splitlines()[2:]]
+    shares = {driver: [int(each.rstrip("%")) for each in row[:3]] for driver, *row in rows}
+    assert shares["policy"] == [100, 0, 0]
+    arrived, _, late = shares["straight line"]
+    assert arrived < 70
+    assert late >= 30
+
+
+def test_the_trained_policy_needs_no_training_environment() -> None:
+    """It drives through two doors in rooms of another layout, as `kbot sim --policy` does."""
+    sim = kbot.Simulation(kbot.load("kbot", lidar=True), world="rooms")
+    policy = Policy.read(EXAMPLES / "train_a_policy" / "policy.onnx")
+    trip = go_to_with_policy(sim, policy, kbot.PlanarPose(4.0, 2.0))
+    assert trip.reached, trip.status
+    assert not trip.collided
+    assert trip.distance < 1.5 * trip.shortest
