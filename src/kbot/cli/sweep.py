@@ -199,6 +199,10 @@ def _sweep(
     if running.out is None:
         fail("--out DIR is missing: the folder for the results")
     _check_outputs(outputs, choice, confirmed=running.confirmed)
+    if running.on is not None:
+        from kbot.sweep.cluster import parse_place
+
+        parse_place(running.on)
     from kbot.sweep.runner import checked_plan, opened_sweep
     from kbot.sweep.summary import summary
     from kbot.trials.pool import Pool

@@ -70,6 +70,10 @@ class Line:
     label: str = ""
 
 
+_ORDER = {"failed": 0, "passed": 1, "best": 2}
+"""The order in which designs are drawn: the last ones are above the others."""
+
+
 def shortened(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
@@ -92,8 +96,7 @@ def parallel_svg(axes: Sequence[Axis], lines: Sequence[Line]) -> str:
         return top + (1.0 - axes[number].at(value)) * inner
 
     parts = [_head(width, height, "Parallel coordinates: one line for each design")]
-    order = {"failed": 0, "passed": 1, "best": 2}
-    for line in sorted(lines, key=lambda line: (order[line.kind], -line.shade)):
+    for line in sorted(lines, key=lambda line: (_ORDER[line.kind], -line.shade)):
         path = "".join(
             f"{'L' if number else 'M'}{left + number * step:.1f} {y(number, value):.1f}"
             for number, value in enumerate(line.values)
@@ -157,8 +160,8 @@ def scatter_svg(
         parts.append(
             f'<path d="{path}" fill="none" stroke="var(--text)" stroke-width="1.2" stroke-dasharray="4 3"/>'
         )
-    order = {"failed": 0, "passed": 1, "best": 2}
-    for point in sorted(points, key=lambda point: order[point.kind]):
+    labels: list[tuple[float, float]] = []
+    for point in sorted(points, key=lambda point: _ORDER[point.kind]):
         x, y = place(point.values)
         is_best = point.kind == "best"
         stroke = ' stroke="var(--text)" stroke-width="1.8"' if is_best else ""
@@ -166,7 +169,9 @@ def scatter_svg(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{5 if is_best else 3.2}" fill="{_colour(point)}"'
             f' fill-opacity="{1 if is_best else 0.6}"{stroke}><title>{escape(point.title)}</title></circle>'
         )
-        if point.label:
+        # two labels on each other cannot be read
+        if point.label and not any(abs(x - at) < 18 and abs(y - height) < 12 for at, height in labels):
+            labels.append((x, y))
             parts.append(f'<text x="{x + 7:.1f}" y="{y - 6:.1f}" font-size="11">{escape(point.label)}</text>')
     return "\n".join([*parts, "</svg>"])
 

@@ -224,8 +224,9 @@ class _Report:
         )
         if self._plan.method is Method.OPTIMIZE:
             note += " An optimisation tries more designs where results are good. The shares are about them."
-        head = "".join(
-            f'<th scope="col">{each}</th>' for each in ("Objective", "Dimension", "Share", "", "Trend")
+        head = (
+            '<th scope="col">Objective</th><th scope="col">Dimension</th>'
+            '<th scope="col" colspan="2">Share</th><th scope="col">Trend</th>'
         )
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
         drawn = "".join(figures[:MOST_EFFECTS]) + _omitted(len(figures), MOST_EFFECTS, "charts")

@@ -1,0 +1,104 @@
+"""Tests what `kbot sweep` writes after the runs: the report and the best design."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from kbot.cli.sweep import command as sweep_command
+from kbot.sweep import cluster
+from kbot.text import KbotError
+
+DRIVE = """\
+duration: 1
+steps:
+  - command: {linear: 0.2}
+expect:
+  - final_forward: {min: 0.15}
+"""
+SWEEP = (
+    "kbot",
+    *("--set", "wheel_radius=0.03,0.04"),
+    *("--scenario", "drive.scenario.yaml"),
+    *("--out", "out"),
+    *("-j", "1"),
+)
+RADIUS = ("--objective", "wheel_radius")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with a short scenario."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drive.scenario.yaml").write_text(DRIVE)
+    return tmp_path
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(sweep_command, [*SWEEP, *words], catch_exceptions=False, standalone_mode=False)
+
+
+def refused(*words: str) -> str:
+    with pytest.raises(KbotError) as raised:
+        run(*words)
+    return str(raised.value)
+
+
+def test_the_best_design_is_shown_and_written() -> None:
+    """The lowest radius is the best, as the objective is the radius itself."""
+    result = run(*RADIUS, "--write", "best.xacro", "--html", "report.html")
+    assert result.return_value == 0
+    assert "wheel_radius: 0.035 → 0.03 (" in result.stderr
+    assert "wrote design 0: best.xacro" in result.stderr
+    assert 'name="wheel_radius" default="0.03"' in Path("best.xacro").read_text("utf-8")
+    report = Path("report.html").read_text("utf-8")
+    assert "Run of design 0" in report
+    assert "data:image/webp" in report or "There is no film" in report
+
+
+def test_existing_files_are_overwritten_only_if_the_user_agrees(folder: Path) -> None:
+    (folder / "best.xacro").write_text("mine")
+    error = "best.xacro exists. Add --yes to overwrite it, or --diff to see the changes"
+    assert refused(*RADIUS, "--write", "best.xacro") == error
+    assert not (folder / "out").exists()
+    result = run(*RADIUS, "--write", "best.xacro", "--diff")
+    assert '-  <xacro:arg name="wheel_radius" default="0.035"/>' in result.stdout
+    assert '+  <xacro:arg name="wheel_radius" default="0.03"/>' in result.stdout
+    assert (folder / "best.xacro").read_text() == "mine"
+    run(*RADIUS, "--write", "best.xacro", "--yes")
+    assert 'default="0.03"' in (folder / "best.xacro").read_text()
+
+
+def test_one_of_several_best_designs_is_chosen() -> None:
+    both = ("--objective", "wheel_radius:max", "--objective", "energy")
+    assert refused(*both, "--write", "best.xacro").startswith(
+        "2 designs are best. Choose one with --design N: "
+    )
+    assert not Path("best.xacro").exists()
+    assert refused(*both, "--write", "best.xacro", "--design", "7").startswith(
+        "design 7 is not one of the best."
+    )
+    result = run(*both, "--write", "best.xacro", "--design", "1")
+    assert "wrote design 1: best.xacro" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        (("--write", "best.xacro"), "--write needs --objective MEASURE"),
+        ((*RADIUS, "--write", "nowhere/best.xacro"), "its folder does not exist"),
+        ((*RADIUS, "--diff"), "--diff shows the changes of --write FILE, which is missing"),
+        ((*RADIUS, "--design", "1"), "--design chooses what --write and --html show"),
+        (("--on", "somewhere"), "--on somewhere is not a place"),
+    ],
+)
+def test_what_cannot_be_written_is_an_error_before_the_runs(words: tuple[str, ...], error: str) -> None:
+    assert error in refused(*words)
+    assert not Path("out", "runs.jsonl").exists()
+
+
+def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "ray", None)
+    assert refused("--on", "ray") == cluster.MISSING_EXTRA
