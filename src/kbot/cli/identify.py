@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -17,8 +20,11 @@ from kbot.cli.arguments import (
 )
 from kbot.cli.output import fail, print_json
 from kbot.cli.progress import busy
+from kbot.text.errors import KbotError
 
 if TYPE_CHECKING:
+    from kbot.identify.log import DriveLog
+    from kbot.identify.nominal import Nominal
     from kbot.identify.result import Identification
 
 
@@ -26,6 +32,7 @@ if TYPE_CHECKING:
     "identify",
     epilog=examples(
         ("kbot identify drive.csv robot.xacro", "print values and intervals"),
+        ("kbot identify run.mcap robot.xacro --fix", "write the values"),
         "kbot identify drive.csv robot.xacro --sensor laser_link",
     ),
 )
@@ -42,12 +49,16 @@ if TYPE_CHECKING:
     show_default="true poses, a localisation, or else scans",
     help="Topic of a recording with the reference: poses, or scans of a lidar.",
 )
+@click.option("--fix", is_flag=True, help="Write the values into FILE and its includes, after a diff.")
+@click.option("--yes", "confirmed", is_flag=True, help="Write without a question. Needs --fix.")
 @json_option
 @package_path_option
 def command(
     words: tuple[str, ...],
     sensor: str | None,
     reference: str | None,
+    fix: bool,
+    confirmed: bool,
     as_json: bool,
     package_path: tuple[str, ...],
 ) -> int:
@@ -65,8 +76,9 @@ def command(
         names, values = split_arguments(words)
         if len(names) != 2:
             fail(f"expected a LOG and a FILE, not {len(names)} files")
+        request = _Request(names[0], names[1], values, sensor, reference, package_path)
         with busy("identifying"):
-            result = _identify(names[0], names[1], values, sensor, reference, package_path)
+            log, nominal, result = _identify(request)
     except (Exception, KeyboardInterrupt):
         if as_json:
             from kbot.identify.result import NO_RESULT
@@ -77,28 +89,98 @@ def command(
         print_json(result.to_json())
     else:
         click.echo(result.to_text())
+    if fix and result.parameters:
+        _write(request, log, nominal, result, confirmed=confirmed, to_stderr=as_json)
     return 0 if result.parameters else 1
 
 
-def _identify(
-    log: str,
-    file: str,
-    values: Mapping[str, str],
-    sensor: str | None,
-    reference: str | None,
-    package_path: Sequence[str],
-) -> Identification:
+@dataclass(frozen=True, slots=True)
+class _Request:
+    """What the user typed."""
+
+    log: str
+    file: str
+    values: Mapping[str, str]
+    sensor: str | None
+    reference: str | None
+    package_path: Sequence[str]
+
+    def nominal(self) -> Nominal:
+        """Read the robot."""
+        from kbot.identify.nominal import read_nominal
+
+        given = resolve_typed_names(self.file, self.values, self.package_path)
+        return read_nominal(self.file, given.arguments, given.properties, self.package_path, self.sensor)
+
+
+def _identify(request: _Request) -> tuple[DriveLog, Nominal, Identification]:
     if find_spec("scipy") is None:
         fail("SciPy is not installed: pip install 'kbot[identify]'")
     from kbot.identify.csv_file import read_csv  # imported lazily, so that -h stays fast
     from kbot.identify.identification import identify
-    from kbot.identify.nominal import read_nominal
     from kbot.identify.recording import read_recording
     from kbot.record.names import is_recording
 
-    given = resolve_typed_names(file, values, package_path)
-    nominal = read_nominal(file, given.arguments, given.properties, package_path, sensor)
-    if not is_recording(log):
-        return identify(read_csv(log), nominal)
-    drive_log, link = read_recording(log, nominal, reference)
-    return identify(drive_log, nominal.with_sensor(sensor or link))
+    nominal = request.nominal()
+    if is_recording(request.log):
+        log, link = read_recording(request.log, nominal, request.reference)
+        nominal = nominal.with_sensor(request.sensor or link)
+    else:
+        log = read_csv(request.log)
+    return log, nominal, identify(log, nominal)
+
+
+def _write(
+    request: _Request,
+    log: DriveLog,
+    nominal: Nominal,
+    result: Identification,
+    *,
+    confirmed: bool,
+    to_stderr: bool,
+) -> None:
+    """Show the changes of the robot's files as a diff, ask, write them, and compare the simulated runs."""
+    from kbot.checks.formats import relative
+    from kbot.identify.agreement import agreement
+    from kbot.identify.fix import robot_fix
+    from kbot.text.edits import unified_diff
+    from kbot.text.files import rewrite
+    from kbot.xacro.packages import SHIPPED
+
+    found = robot_fix(nominal, result)
+    click.echo("", err=to_stderr)
+    for line in found.not_written:
+        click.echo(f"not written: {line}", err=to_stderr)
+    if not found.edits:
+        click.echo("nothing to write", err=to_stderr)
+        return
+    for line in found.written:
+        click.echo(f"to write: {line}", err=to_stderr)
+    texts = found.texts()
+    for path, (before, after) in texts.items():
+        click.echo(unified_diff(before, after, relative(path)), nl=False, err=to_stderr)
+        if Path(path).resolve().is_relative_to(SHIPPED):
+            fail(f"{path} is part of KBot. Copy the robot with kbot new, and use its file")
+    if not confirmed:
+        if not sys.stdin.isatty():
+            fail("the changes are not written. Add --yes to write them without a question")
+        if not click.confirm("Write these changes?", err=to_stderr):
+            return
+    try:
+        with busy("simulating the log"):
+            ran = agreement(log, nominal, result.is_outlier)
+    except KbotError as error:
+        rewrite(texts)
+        click.echo(f"written, without a comparison of simulated runs: {error}", err=to_stderr)
+        return
+    rewrite(texts)
+    changed = request.nominal()
+    with busy("simulating the log"):
+        if nominal.sensor_link is not None:
+            changed = changed.with_sensor(nominal.sensor_link)
+        fixed = agreement(log, changed, result.is_outlier)
+    click.echo(
+        f"simulated drives of {ran.seconds:g} s end {fixed.distance:.3g} m and {fixed.angle:.3g} rad from "
+        f"the log, before {ran.distance:.3g} m and {ran.angle:.3g} rad (median of {ran.drives})",
+        err=to_stderr,
+    )

@@ -67,7 +67,7 @@ def identify(log: DriveLog, nominal: Nominal) -> Identification:
     if nominal.axle_from_sensor is None:
         before = (None, before[1])  # the errors of an unknown sensor mean nothing
     residual = Residual(len(kept), int(found.is_outlier.sum()), translation, rotation, *before)
-    return Identification(estimates, unobservable, residual)
+    return Identification(estimates, unobservable, residual, found.is_outlier)
 
 
 def _with_separation(start: Array, separation: float) -> Array:

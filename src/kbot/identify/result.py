@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 KINEMATIC = (
     "left_wheel_radius",
     "right_wheel_radius",
@@ -61,11 +64,15 @@ class Residual:
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """The estimates by name, and the parameters that the log cannot show with what would show them."""
+    """The estimates by name, and the parameters that the log cannot show with what would show them.
+
+    `is_outlier` (M,) marks the displacements of the log's `Motions` that are left out.
+    """
 
     parameters: Mapping[str, Estimate]
     unobservable: Mapping[str, str]
     residual: Residual
+    is_outlier: NDArray[np.bool_]
 
     def to_json(self) -> dict[str, Any]:
         residual = self.residual
@@ -87,9 +94,9 @@ class Identification:
         rows = [("parameter", "value", "95 % interval", "in the file", "")]
         for name, estimate in self.parameters.items():
             digits = _decimals(estimate.high - estimate.low)
-            nominal = "" if estimate.nominal is None else f"{estimate.nominal:.{digits}f}"
-            interval = f"{estimate.low:.{digits}f} to {estimate.high:.{digits}f}"
-            rows.append((name, f"{estimate.value:.{digits}f}", interval, nominal, estimate.unit))
+            nominal = "" if estimate.nominal is None else _shown(estimate.nominal, digits)
+            interval = f"{_shown(estimate.low, digits)} to {_shown(estimate.high, digits)}"
+            rows.append((name, _shown(estimate.value, digits), interval, nominal, estimate.unit))
         lines = _columns(rows)
         if self.unobservable:
             lines.append("")
@@ -106,6 +113,11 @@ class Identification:
                 compared = "" if before is None else f" (with the file: {before:.3g} {unit})"
                 lines.append(f"error of {what} in an interval: {after:.3g} {unit}{compared}")
         return "\n".join(lines)
+
+
+def _shown(value: float, digits: int) -> str:
+    """A number without the sign of a rounded zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def _decimals(width: float) -> int:

@@ -1,0 +1,284 @@
+"""Finds the edits that write estimates into a robot's xacro files, at the lines that define the values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kbot.identify.nominal import Nominal
+from kbot.identify.result import Estimate, Identification
+from kbot.kinematics.drive.declared import RADII, SEPARATION, DeclaredDrive, declared_drives, drive_controller
+from kbot.kinematics.drive.wheels import rigid_links
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.transform import Transform
+from kbot.model import Joint, JointType
+from kbot.text import Edit, KbotError
+from kbot.text.edits import edited_texts
+from kbot.xacro.written_values import WantedValue, attribute_edits, number_text
+
+LEFT, RIGHT, WIDTH = "left_wheel_radius", "right_wheel_radius", "wheel_separation"
+SENSOR = ("sensor_x", "sensor_y", "sensor_yaw")
+_ROUND_SHAPES = ("cylinder", "sphere", "capsule")
+_EXACT = 1e-5
+"""Difference in m or rad that is not written: no robot is built more exactly."""
+_STRAIGHT = 1e-6
+"""Largest entry of a rotation matrix that counts as 0."""
+
+
+@dataclass
+class RobotFix:
+    """Edits of a robot's files, and in words what they write and what is not written."""
+
+    edits: tuple[Edit, ...] = ()
+    written: list[str] = field(default_factory=list)
+    not_written: list[str] = field(default_factory=list)
+
+    def texts(self) -> Mapping[str, tuple[str, str]]:
+        """The texts of the files before and after, by path."""
+        return edited_texts(self.edits)
+
+
+def robot_fix(nominal: Nominal, found: Identification) -> RobotFix:
+    """Write each estimate whose interval does not contain the value of the description.
+
+    Values that depend on each other are written together or not at all. If the wheels of both sides have one
+    radius in the files, their mean is written, and the ratio into the multipliers of a controller that has
+    them.
+    """
+    return _Search(nominal, found).search()
+
+
+class _Search:
+    def __init__(self, nominal: Nominal, found: Identification) -> None:
+        self._nominal, self._found = nominal, found
+        self._robot = nominal.loaded.require()
+        document = nominal.loaded.expansion.document
+        if document is None:
+            raise KbotError("there is no description")
+        self._elements = {
+            (element.tag, element.attributes.get("name", "")): element for element in document.elements()
+        }
+        self._tree = FrameTree(self._robot)
+        self._controller = drive_controller(declared_drives(self._robot))
+        self._wanted: list[WantedValue] = []
+        self._yaml: list[Edit] = []
+        self._fix = RobotFix()
+
+    def search(self) -> RobotFix:
+        changed = self._changed()
+        if LEFT in changed or RIGHT in changed:
+            self._write_radii()
+        if WIDTH in changed:
+            self._write_separation()
+        if any(name in changed for name in SENSOR):
+            self._write_sensor([name for name in SENSOR if name in changed])
+        if self._wanted:
+            self._fix.edits = attribute_edits(self._nominal.loaded.expansion, self._wanted).edits
+        self._fix.edits = (*self._fix.edits, *self._yaml)
+        return self._fix
+
+    def _changed(self) -> list[str]:
+        """The estimates that differ from the description."""
+        names = []
+        for name, estimate in self._found.parameters.items():
+            nominal = estimate.nominal
+            if name not in (LEFT, RIGHT, WIDTH, *SENSOR):
+                continue
+            if nominal is None:
+                self._fix.not_written.append(f"{name}: the description does not have the sensor's link")
+            elif estimate.low - _EXACT <= nominal <= estimate.high + _EXACT:
+                self._fix.not_written.append(f"{name}: the value in the file is in the interval")
+            else:
+                names.append(name)
+        return names
+
+    def _accept(self, name: str, wanted: Sequence[WantedValue], text: str) -> bool:
+        """Add wanted values, if edits can give them together with those before."""
+        try:
+            attribute_edits(self._nominal.loaded.expansion, [*self._wanted, *wanted])
+        except KbotError as error:
+            self._fix.not_written.append(f"{name}: {error}")
+            return False
+        self._wanted += wanted
+        self._fix.written.append(text)
+        return True
+
+    # --- wheels ---
+
+    def _write_radii(self) -> None:
+        values = [
+            _rounded(self._found.parameters[name]) if name in self._found.parameters else nominal
+            for name, nominal in ((LEFT, self._nominal.left), (RIGHT, self._nominal.right))
+        ]
+        estimates = [self._found.parameters[name] for name in (LEFT, RIGHT) if name in self._found.parameters]
+        mean = _round_like(sum(values) / 2.0, estimates[0])
+        if all(estimate.low <= mean <= estimate.high for estimate in estimates):
+            values = [mean, mean]
+        sides = (self._nominal.drive.left, self._nominal.drive.right)
+        before = len(self._fix.not_written)
+        each = [want for side, value in zip(sides, values, strict=True) for want in self._shapes(side, value)]
+        if not each:
+            self._fix.not_written.append("the wheel radii: no shape of the wheels has a radius")
+        elif values[0] != values[1] and self._accept(
+            "the wheel radii", each, f"{LEFT} {values[0]:g} m, {RIGHT} {values[1]:g} m"
+        ):
+            self._write_declared_radius(mean)
+            self._write_multipliers([value / mean for value in values])
+            return
+        if each:
+            del self._fix.not_written[before:]
+            both = [want for side in sides for want in self._shapes(side, mean)]
+            if not self._accept("the wheel radii", both, f"radius of both wheels {mean:g} m"):
+                return
+        self._write_declared_radius(mean)
+        if values[0] != values[1]:
+            ratios = [value / mean for value in values]
+            if not self._write_multipliers(ratios):
+                self._fix.not_written.append(
+                    f"the difference between the wheels ({ratios[0]:.5f} and {ratios[1]:.5f} of the mean): "
+                    "both have one radius in the file. Define two, or give the multipliers "
+                    "left_wheel_radius_multiplier and right_wheel_radius_multiplier of diff_drive_controller"
+                )
+
+    def _shapes(self, side: Sequence[str], value: float) -> Iterator[WantedValue]:
+        """The radii of the round shapes of wheels that are as large as the wheel."""
+        for name in side:
+            wheel = self._nominal.drive.wheels[name]
+            for link in rigid_links(self._robot, wheel.link):
+                for shape in self._elements[("link", link)].descendants():
+                    text = shape.attributes.get("radius", "")
+                    if shape.tag in _ROUND_SHAPES and _is_close(text, wheel.radius):
+                        yield WantedValue(shape, "radius", value)
+
+    def _write_declared_radius(self, mean: float) -> None:
+        """The radius or diameter with which the drive computes, unless it follows from the wheels' radius."""
+        controller = self._controller
+        if controller is None or controller.radius is None:
+            return
+        given = controller.radius.given
+        value = mean if given.name in RADII else 2.0 * mean
+        self._write_declared("the radius of", controller, given.name, value)
+
+    def _write_multipliers(self, ratios: Sequence[float]) -> bool:
+        """The multipliers of diff_drive_controller, if it has them."""
+        controller = self._controller
+        names = [f"{side}_wheel_radius_multiplier" for side in ("left", "right")]
+        if controller is None or not all(name in controller.given for name in names):
+            return False
+        for name, ratio in zip(names, ratios, strict=True):
+            self._write_declared(name, controller, name, round(ratio, 6))
+        return True
+
+    def _write_separation(self) -> None:
+        estimate = self._found.parameters[WIDTH]
+        drive = self._nominal.drive
+        value = _rounded(estimate)
+        apart = (value - drive.separation) / 2.0
+        wanted = []
+        for side, sign in ((drive.left, 1.0), (drive.right, -1.0)):
+            for name in side:
+                joint = self._robot.joints[name]
+                leftward = drive.axle_in_base.rotation[:, 1]
+                axis = self._tree.pose(joint.parent, in_frame=drive.base).rotation.T @ leftward
+                index = int(np.abs(axis).argmax())
+                if abs(abs(axis[index]) - 1.0) > _STRAIGHT:
+                    self._fix.not_written.append(
+                        f"{WIDTH}: the frame of '{name}' is not parallel to the axle"
+                    )
+                    return
+                moved = self._origin(joint).translation[index] + sign * apart * axis[index]
+                wanted.append(self._origin_value(joint, "xyz", index, float(moved)))
+        if self._accept(WIDTH, wanted, f"{WIDTH} {value:g} m"):
+            controller = self._controller
+            given = None if controller is None else controller.first(*SEPARATION)
+            if controller is not None and given is not None:
+                size = controller.separation
+                factor = size.value / given.number if size is not None and given.number else 1.0
+                self._write_declared("the separation of", controller, given.name, value / factor)
+
+    def _write_declared(self, what: str, controller: DeclaredDrive, name: str, value: float) -> None:
+        """Write a size with which a plugin or controller computes."""
+        given = controller.given[name]
+        if controller.plugin is None:
+            span = given.origin.span
+            if not _is_close(span.text, given.number):
+                self._fix.not_written.append(f"{what} {controller.name}: {span} is not a number")
+            elif not math.isclose(float(span.text), value, rel_tol=1e-9):
+                self._yaml.append(Edit(span, number_text(round(value, 9), span.text)))
+                self._fix.written.append(f"{name} of {controller.name} {value:g}")
+            return
+        tag = next(element for element in controller.plugin.elements(name.rpartition(".")[2]))
+        want = WantedValue(tag, "", value)
+        try:  # it usually follows from the wheels' own value
+            attribute_edits(self._nominal.loaded.expansion, [*self._wanted, want])
+        except KbotError as error:
+            self._fix.not_written.append(f"{what} {controller.name}: {error}")
+            return
+        self._wanted.append(want)
+
+    # --- sensor ---
+
+    def _write_sensor(self, names: Sequence[str]) -> None:
+        nominal, link = self._nominal, self._nominal.sensor_link
+        joint = self._robot.parent_joint.get(link or "")
+        pose = nominal.axle_from_sensor
+        if joint is None or pose is None or link == nominal.drive.base or joint.type is not JointType.FIXED:
+            self._fix.not_written.append(f"{', '.join(names)}: '{link}' is not on a fixed joint of its own")
+            return
+        base_from_parent = self._tree.pose(joint.parent, in_frame=nominal.drive.base)
+        axle_from_parent = nominal.drive.axle_in_base.inverse() @ base_from_parent
+        new = {
+            name: _rounded(self._found.parameters[name]) if name in names else nominal.values[name]
+            for name in SENSOR
+        }
+        before = axle_from_parent @ self._origin(joint)
+        x, y, yaw = (float(new[name] or 0.0) for name in SENSOR)
+        turn = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - pose.yaw))
+        turned = turn.rotation @ before.rotation
+        moved = Transform.from_rotation_translation(turned, (x, y, float(before.translation[2])))
+        origin = axle_from_parent.inverse() @ moved
+        old = self._origin(joint)
+        wanted = [
+            self._origin_value(joint, "xyz", index, float(origin.translation[index]))
+            for index in range(3)
+            if abs(origin.translation[index] - old.translation[index]) > 1e-9
+        ]
+        wanted += [
+            self._origin_value(joint, "rpy", index, angle)
+            for index, (angle, was) in enumerate(zip(origin.rpy, old.rpy, strict=True))
+            if abs(angle - was) > 1e-9
+        ]
+        text = ", ".join(f"{name} {new[name]:g}" for name in names)
+        self._accept(", ".join(names), wanted, f"{text} of '{link}'")
+
+    def _origin(self, joint: Joint) -> Transform:
+        return Transform.of(joint.pose)
+
+    def _origin_value(self, joint: Joint, attribute: str, index: int, value: float) -> WantedValue:
+        origin = next(iter(self._elements[("joint", joint.name)].elements("origin")), None)
+        if origin is None or attribute not in origin.attributes:
+            raise KbotError(f"joint '{joint.name}' has no <origin {attribute}=\"…\"> that could be changed")
+        return WantedValue(origin, attribute, round(value, 9), index)
+
+
+def _is_close(text: str, value: float | None) -> bool:
+    try:
+        return value is not None and math.isclose(float(text), value, rel_tol=1e-6)
+    except ValueError:
+        return False
+
+
+def _rounded(estimate: Estimate) -> float:
+    return _round_like(estimate.value, estimate)
+
+
+def _round_like(value: float, estimate: Estimate | None) -> float:
+    """A value to a tenth of the last digit that its interval justifies."""
+    if estimate is None:
+        return round(value, 6)
+    width = estimate.high - estimate.low
+    digits = 2 - math.floor(math.log10(width)) if width > 0.0 else 6
+    return round(value, min(max(digits, 3), 6))

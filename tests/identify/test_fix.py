@@ -1,0 +1,157 @@
+"""Tests the edits that write estimates, at the lines that define them: in macros, properties and YAML."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kbot.cli.main import run
+from kbot.identify.agreement import agreement
+from kbot.identify.csv_file import read_csv
+from kbot.identify.nominal import read_nominal
+
+from .synthetic import DISPLACEMENTS, Truth, rows, speeds, write
+
+# ruff: noqa: E501 - descriptions and YAML in few lines
+ROBOT = """<robot name="rover" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:property name="radius" value="0.04"/>
+  <xacro:property name="track" value="0.2"/>
+  <xacro:macro name="wheel" params="side sign radius">
+    <link name="${side}_wheel">
+      <inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision>
+        <origin rpy="${pi/2} 0 0"/>
+        <geometry><cylinder radius="${radius}" length="0.02"/></geometry>
+      </collision>
+    </link>
+    <joint name="${side}_joint" type="continuous">
+      <parent link="base_link"/>
+      <child link="${side}_wheel"/>
+      <origin xyz="0 ${sign*track/2} 0.04"/>
+      <axis xyz="0 1 0"/>
+    </joint>
+  </xacro:macro>
+  <link name="base_link">
+    <inertial>
+      <origin xyz="-0.03 0 0.05"/>
+      <mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <collision><origin xyz="-0.08 0 0.01"/><geometry><sphere radius="0.01"/></geometry></collision>
+  </link>
+  WHEELS
+  <link name="laser"/>
+  <joint name="laser_joint" type="fixed">
+    <parent link="base_link"/>
+    <child link="laser"/>
+    <origin xyz="0.1 0 0.2" rpy="0 0 0"/>
+  </joint>
+  CONTROLLER
+</robot>
+"""
+SHARED = '<xacro:wheel side="left" sign="1" radius="${radius}"/><xacro:wheel side="right" sign="-1" radius="${radius}"/>'
+OWN = '<xacro:wheel side="left" sign="1" radius="0.04"/><xacro:wheel side="right" sign="-1" radius="0.04"/>'
+PLUGIN = (
+    '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so"><leftJoint>left_joint</leftJoint>'
+    "<rightJoint>right_joint</rightJoint><wheelSeparation>${track}</wheelSeparation>"
+    "<wheelDiameter>${2*radius}</wheelDiameter></plugin></gazebo>"
+)
+ALL = np.zeros(300, dtype=bool)
+TRUTH = Truth(0.042, 0.0425, 0.21, 0.12, 0.01, 0.05)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> str:
+    rng = np.random.default_rng(5)
+    table = rows(TRUTH, speeds(TRUTH, 300, rng), rng, slip=0.005, noise=(0.0005, 0.001))
+    return str(write(tmp_path / "drive.csv", DISPLACEMENTS, table))
+
+
+def robot(tmp_path: Path, wheels: str, controller: str = "") -> Path:
+    file = tmp_path / "rover.xacro"
+    file.write_text(ROBOT.replace("WHEELS", wheels).replace("CONTROLLER", controller))
+    return file
+
+
+def fixed(log: str, file: Path):
+    assert run(["identify", log, str(file), "--sensor", "laser", "--fix", "--yes"]) == 0
+    return read_nominal(str(file), {}, {}, (), "laser").values
+
+
+def test_each_value_is_written_where_it_is_defined(log, tmp_path, capsys):
+    file = robot(tmp_path, OWN)
+    values = fixed(log, file)
+    for name, value in values.items():
+        assert value == pytest.approx(getattr(TRUTH, name), abs=0.003), name
+    assert values["right_wheel_radius"] > values["left_wheel_radius"]
+    out = capsys.readouterr().out
+    assert '-  <xacro:property name="track" value="0.2"/>' in out
+    after = file.read_text()
+    assert '<cylinder radius="${radius}"' in after  # the macro is not changed
+    assert '<origin xyz="0 ${sign*track/2} 0.04"/>' in after
+
+
+def test_one_radius_of_both_wheels_becomes_their_mean(log, tmp_path, capsys):
+    values = fixed(log, robot(tmp_path, SHARED, PLUGIN))
+    assert values["left_wheel_radius"] == values["right_wheel_radius"] == pytest.approx(0.04225, abs=1e-4)
+    out = capsys.readouterr().out
+    assert "to write: radius of both wheels 0.0422" in out
+    assert "not written: the difference between the wheels" in out
+    assert "left_wheel_radius_multiplier" in out
+
+
+def test_the_simulation_agrees_better_afterwards(log, tmp_path, capsys):
+    file = robot(tmp_path, OWN, PLUGIN.replace("${2*radius}", "0.08"))
+    before = agreement(read_csv(log), read_nominal(str(file), {}, {}, (), "laser"), ALL)
+    fixed(log, file)
+    after = agreement(read_csv(log), read_nominal(str(file), {}, {}, (), "laser"), ALL)
+    assert after.distance < 0.5 * before.distance
+    assert f"{after.distance:.3g} m and" in capsys.readouterr().out
+
+
+def test_multipliers_of_a_controller_are_written(log, tmp_path, capsys):
+    (tmp_path / "controllers.yaml").write_text(
+        "controller_manager:\n  ros__parameters:\n    drive:\n      type: diff_drive_controller/DiffDriveController\n"
+        "drive:\n  ros__parameters:\n    left_wheel_names: [left_joint]\n    right_wheel_names: [right_joint]\n"
+        "    wheel_separation: 0.2\n    wheel_radius: 0.04  # m\n    left_wheel_radius_multiplier: 1.0\n"
+        "    right_wheel_radius_multiplier: 1.0\n"
+    )
+    controller = (
+        '<gazebo><plugin filename="libgz_ros2_control-system.so" name="gz_ros2_control::GazeboSimROS2ControlPlugin">'
+        f"<parameters>{tmp_path}/controllers.yaml</parameters></plugin></gazebo>"
+        '<ros2_control name="r" type="system"><hardware><plugin>gz_ros2_control/GazeboSimSystem</plugin></hardware>'
+        '<joint name="left_joint"><command_interface name="velocity"/></joint>'
+        '<joint name="right_joint"><command_interface name="velocity"/></joint></ros2_control>'
+    )
+    fixed(log, robot(tmp_path, SHARED, controller))
+    lines = dict(
+        line.strip().split(": ", 1)
+        for line in (tmp_path / "controllers.yaml").read_text().splitlines()
+        if ": " in line
+    )
+    assert float(lines["wheel_separation"]) == pytest.approx(0.21, abs=1e-3)
+    assert lines["wheel_radius"].endswith("  # m")
+    left, right = (float(lines[f"{side}_wheel_radius_multiplier"]) for side in ("left", "right"))
+    assert right / left == pytest.approx(0.0425 / 0.042, abs=5e-4)
+
+
+def test_nothing_is_written_without_an_answer(log, tmp_path, capsys, monkeypatch):
+    file = robot(tmp_path, SHARED)
+    before = file.read_text()
+    assert run(["identify", log, str(file), "--sensor", "laser", "--fix"]) == 2
+    assert "Add --yes" in capsys.readouterr().err
+    assert file.read_text() == before
+
+
+def test_the_shipped_robot_is_not_changed(log, capsys):
+    assert run(["identify", log, "kbot", "--fix", "--yes"]) == 2
+    assert "is part of KBot" in capsys.readouterr().err
+
+
+def test_a_value_that_agrees_is_not_written(log, tmp_path, capsys):
+    file = robot(tmp_path, OWN)
+    fixed(log, file)
+    capsys.readouterr()
+    before = file.read_text()
+    fixed(log, file)
+    assert "nothing to write" in capsys.readouterr().out
+    assert file.read_text() == before
