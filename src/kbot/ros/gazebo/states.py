@@ -5,6 +5,7 @@ A model is a robot or a body of the world. A link is named `robot::link`; `link`
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 import mujoco
@@ -19,6 +20,10 @@ from kbot.text import KbotError
 
 TOPICS_RATE = 50.0
 """Hz at which the states of models and links are published."""
+_UPRIGHT = math.cos(math.radians(45.0))
+"""Least vertical component of the normal of ground."""
+_SINKS = 0.002
+"""Most metres that a robot at rest sinks into the ground in a soft contact."""
 WORLD = frozenset({"", "world", "map"})
 """Names of the world's frame, as Gazebo accepts them."""
 
@@ -108,13 +113,39 @@ def seen_from(frame: Transform, pose: msg.Pose, twist: msg.Twist) -> tuple[msg.P
 
 
 def put(simulation: Simulation, model: str, pose: msg.Pose, twist: msg.Twist, frame: str) -> None:
-    """Set the pose and velocity of a model, given in a frame."""
+    """Set the pose and velocity of a model, given in a frame.
+
+    A robot that is then in the ground is raised onto it. Gazebo pushes it out slowly, MuJoCo with a jump of
+    up to a metre. Programs that place a robot at z = 0 rely on that."""
     base = world_from_frame(simulation, frame)
     turn = base.rotation
-    linear, angular = turn @ np.array(xyz(twist.linear)), turn @ np.array(xyz(twist.angular))
-    simulation.models.set_model_state(
-        model, base @ _transform(pose), tuple(linear.tolist()), tuple(angular.tolist())
-    )
+    place = base @ _transform(pose)
+    linear = tuple((turn @ np.array(xyz(twist.linear))).tolist())
+    angular = tuple((turn @ np.array(xyz(twist.angular))).tolist())
+    simulation.models.set_model_state(model, place, linear, angular)
+    depth = _depth_in_ground(simulation, model) if model in simulation.robots else 0.0
+    if depth > _SINKS:
+        raised = Transform.from_xyz_rpy((0.0, 0.0, depth), (0.0, 0.0, 0.0)) @ place
+        simulation.models.set_model_state(model, raised, linear, angular)
+
+
+def _depth_in_ground(simulation: Simulation, name: str) -> float:
+    """How deep in m a robot is in fixed ground."""
+    robot = simulation.robots.named(name)
+    model, current = simulation.engine.current()
+    data = mujoco.MjData(model)  # a copy, because the run must not depend on who looks at its contacts
+    data.qpos[:] = current.qpos
+    mujoco.mj_fwdPosition(model, data)
+    tree = model.body_rootid[robot.body.index(robot.robot.root)]
+    deepest = 0.0
+    for contact in data.contact:
+        first, second = model.geom_bodyid[contact.geom]
+        up = abs(float(contact.frame[2]))
+        if up < _UPRIGHT or tree not in (model.body_rootid[first], model.body_rootid[second]):
+            continue
+        if 0 in (model.body_weldid[first], model.body_weldid[second]):
+            deepest = max(deepest, -float(contact.dist) / up)
+    return deepest
 
 
 def in_world(simulation: Simulation, pose: msg.Pose, frame: str) -> Transform:
