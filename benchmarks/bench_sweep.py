@@ -37,7 +37,7 @@ from kbot.sweep.runner import opened_sweep
 from kbot.trials.pool import Pool, run_task
 
 PROCESSES = 2
-DESIGNS, ROUNDS = 400, 4
+DESIGNS, ROUNDS = 300, 3
 """Designs of the sweep, and rounds of the comparison."""
 SHORT_RUNS, FIRST = 10_000, 500
 """Runs of the long sweep, and how many of them are finished before its memory is measured first."""
@@ -137,7 +137,7 @@ def print_memory(folder: Path) -> bool:
     workers: list[int] = []
 
     with Pool(PROCESSES) as pool:
-        plan = prepare(request(folder, 0.5, SHORT_RUNS), pool)
+        plan = prepare(request(folder, 1.0, SHORT_RUNS), pool)
 
         def measure() -> None:
             count = sweep.journal.count

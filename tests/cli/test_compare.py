@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -196,3 +197,20 @@ def test_a_recording_whose_time_jumps_is_an_error() -> None:
         writer.finish()
     with pytest.raises(KbotError, match=r"spans 1000000000 s, more than a day"):
         run("jump.mcap", "jump.mcap")
+
+
+def test_the_scenarios_of_a_folder_and_of_a_python_file_run_in_other_processes(folder: Path) -> None:
+    """A function of a scenario cannot be sent to another process, so each process reads the file again."""
+    scenarios = folder / "scenarios"
+    scenarios.mkdir()
+    (folder / "drive.scenario.yaml").rename(scenarios / "drive.scenario.yaml")
+    (scenarios / "own.scenario.py").write_text(
+        "import os\n"
+        "from kbot.trials import *\n"
+        f"assert os.getpid() != {os.getpid()}, 'it is the process of the command'\n"
+        "turn = Scenario('turn', 1.0, [Step(RunScript(lambda sim: sim.cmd_vel(0.0, 0.5)))])\n"
+    )
+    edit(folder / "after" / "urdf" / "kbot.xacro", "${base_width + 2*base_wheel_gap}", "${2*base_width}")
+    result = run("before", "after", "--scenario", "scenarios", "-j", "1", "--json")
+    measures = json.loads(result.stdout)["measures"]
+    assert {each["scenario"] for each in measures} == {"drive", "turn"}

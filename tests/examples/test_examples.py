@@ -1,6 +1,6 @@
 """Each example does what it claims. Those that connect to a running KBot are tested in tests/client."""
 
-import csv
+import json
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from nbclient import NotebookClient
 from numpy.typing import NDArray
+from pyarrow import parquet
 
 import kbot
 from kbot.learn.policy import Policy
@@ -178,16 +179,16 @@ def test_the_notebook_runs() -> None:
 
 def test_the_wheel_example_chooses_the_smallest_wheel_that_climbs(tmp_path: Path) -> None:
     """A wheel cannot climb a step of its own radius, and the torque of KBot's grows with its radius."""
-    script, table = EXAMPLES / "choose_a_wheel" / "choose_a_wheel.py", tmp_path / "wheels.csv"
-    words = ["--count", "3", "--jobs", "2", "--csv", str(table)]
-    printed = subprocess.run(
-        [sys.executable, script, *words], capture_output=True, text=True, check=True
-    ).stdout
-    assert "2 of 3 wheels climb both steps of 14 mm;\nthe smallest has a radius of 35.0 mm" in printed
-    rows = list(csv.DictReader(table.read_text().splitlines()))
-    assert [float(row["wheel_radius"]) for row in rows] == pytest.approx([0.02, 0.035, 0.05])
-    assert [float(row["climbed"]) for row in rows] == pytest.approx([0.0, 0.028, 0.028], abs=0.002)
-    assert all(abs(float(row["odometry_off"])) < 0.01 for row in rows)
+    words = ["kbot", "--set", "wheel_radius=0.02:0.05:3", "--scenario", "straight"]
+    words += ["--scenario", str(EXAMPLES / "choose_a_wheel" / "stairs.scenario.yaml")]
+    command = [sys.executable, "-m", "kbot", "sweep", *words, "--objective", "wheel_radius", "--json"]
+    done = subprocess.run([*command, "--out", str(tmp_path)], capture_output=True, text=True, check=True)
+    found = json.loads(done.stdout)
+    assert [best["values"] for best in found["best"]] == [{"wheel_radius": 0.035}]
+    assert (found["passed"], found["failed"]) == (5, 1)
+    rows = parquet.read_table(found["table"]).to_pylist()
+    climbed = [row["final_up"] for row in rows if row["scenario"] == "stairs"]
+    assert climbed == pytest.approx([0.0, 0.028, 0.028], abs=0.002)
 
 
 def test_the_trained_policy_arrives_where_a_straight_line_does_not() -> None:

@@ -27,7 +27,7 @@ from kbot.text.render import encodable
 if TYPE_CHECKING:
     from kbot.model import RobotModel
     from kbot.trials.compare.comparison import Comparison
-    from kbot.trials.scenario import Scenario
+    from kbot.trials.scenario_file import FoundScenario
 
 
 @click.command(
@@ -126,7 +126,7 @@ class _Pair:
 
     before: RobotModel
     after: RobotModel
-    scenarios: Sequence[Scenario]
+    scenarios: Sequence[FoundScenario]
 
 
 def _compare(
@@ -143,6 +143,7 @@ def _compare(
     from kbot.trials.compare.revisions import RecordingFile, opened
     from kbot.trials.compare.run import compare
     from kbot.trials.pool import Pool
+    from kbot.trials.selection import ALL, scenarios_for
 
     names, values = split_arguments(words)
     if len(names) != 2:
@@ -154,7 +155,9 @@ def _compare(
         raise KbotError("a recording can only be compared with a recording")
     with busy(f"loading {names[0]} and {names[1]}") as describe, Pool(jobs) as pool:
         edits = Edits(before, after)
-        chosen = _scenarios(edits.before, scenarios, batteries)
+        chosen = scenarios_for(pool, edits.before, [*scenarios, *batteries] or [ALL])
+        if pool.interrupted:
+            raise KeyboardInterrupt
 
         def progress(done: int, count: int) -> None:
             describe(f"{done} of {count} trials")
@@ -167,8 +170,8 @@ def _film(pair: _Pair, comparison: Comparison, path: str) -> None:
     """Film the scenario that changed most, or the first one."""
     from kbot.trials.films import film_before_and_after
 
-    names = [d.scenario for d in comparison.significant] or [pair.scenarios[0].name]
-    scenario = next(each for each in pair.scenarios if each.name == names[0])
+    names = [d.scenario for d in comparison.significant] or [pair.scenarios[0].scenario.name]
+    scenario = next(each for each in pair.scenarios if each.scenario.name == names[0]).whole()
     kind = Path(path).suffix[1:].upper()
     with busy("drawing the film"):
         titles = f"{scenario.name}, before", f"{scenario.name}, after"
@@ -182,24 +185,9 @@ def _show(pair: _Pair, comparison: Comparison) -> None:
     """Show both robots in the browser until Ctrl-C."""
     from kbot.trials.compare.side_by_side import SideBySide, choose_scenario
 
-    both = SideBySide(pair.before, pair.after, choose_scenario(pair.scenarios, comparison))
+    both = SideBySide(
+        pair.before, pair.after, choose_scenario([each.whole() for each in pair.scenarios], comparison)
+    )
     with both.simulation.serve() as page:
         both.drive()
         page.wait()
-
-
-def _scenarios(robot: RobotModel, files: tuple[str, ...], batteries: tuple[str, ...]) -> list[Scenario]:
-    """The scenarios for robot A."""
-    from kbot.trials.scenario_file import read_scenarios
-
-    found = [scenario for file in files for scenario in read_scenarios(file)]
-    if batteries or not files:
-        from kbot.trials.batteries import all_batteries, battery
-
-        is_all = not batteries or "all" in batteries
-        found += all_batteries(robot) if is_all else [battery(name, robot) for name in batteries]
-    names = [scenario.name for scenario in found]
-    for name in names:
-        if names.count(name) > 1:
-            raise KbotError(f"two scenarios are named '{name}'. Rename one of them")
-    return found

@@ -185,7 +185,7 @@ def command(
     """
     try:
         return _sweep(words, choice, running, outputs, as_json=as_json)
-    except Exception:
+    except (Exception, KeyboardInterrupt):  # Ctrl-C before the first run
         if as_json:
             from kbot.sweep.runner import NO_RESULT
 

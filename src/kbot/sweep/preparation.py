@@ -23,7 +23,7 @@ from kbot.trials.pool import Pool, Task
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.scenario import RobotSource
 from kbot.trials.scenario_keys import with_key
-from kbot.trials.selection import Overrides, select_batteries
+from kbot.trials.selection import Overrides, require_names, select_batteries
 from kbot.trials.trial import load_source
 from kbot.worker import WorkerLimits
 from kbot.world import built_in, parameters
@@ -81,7 +81,7 @@ def prepare(request: Request, pool: Pool) -> Plan:
         raise KbotError("no scenario is given. Add --scenario NAME|FILE; kbot try --list lists the names")
     tasks = _select(request, pool)
     if any(each.target is Target.SEED for each in space.dimensions):
-        tasks = list({(task.scenario.name, task.python_file, task.index): task for task in tasks}.values())
+        tasks = _first_seeds(tasks)
     robot = tasks[0].scenario.robot
     if robot is None:
         raise TypeError("a selected battery has a robot")
@@ -138,12 +138,16 @@ def _select(request: Request, pool: Pool) -> list[Task]:
         raise errors[0]
     if not selection.tasks:
         raise KbotError("; ".join(selection.notes) or "the scenarios contain nothing to run")
-    names: dict[str, tuple[str, int]] = {}
-    for task in selection.tasks:
-        place = (task.python_file, task.index)
-        if names.setdefault(task.scenario.name, place) != place:
-            raise KbotError(f"two scenarios are named '{task.scenario.name}'. Rename one of them")
+    require_names([task.scenario.name for task in _first_seeds(selection.tasks)])
     return selection.tasks
+
+
+def _first_seeds(tasks: Sequence[Task]) -> list[Task]:
+    """The first run of each scenario."""
+    found: dict[int, Task] = {}
+    for task in tasks:
+        found.setdefault(id(task.scenario), task)  # all runs of a scenario have the same object
+    return list(found.values())
 
 
 def _require_worlds(space: Space, tasks: Sequence[Task]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 
@@ -12,19 +13,27 @@ from kbot.trials.results import with_unit
 
 MOST_SHOWN = 10
 """Designs and reasons that are printed. The table has all of them."""
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+"""Reasons that differ only in numbers are printed once."""
 
 
 def summary(sweep: Sweep, seconds: float) -> str:
     """The best designs, the most frequent reasons of failures, the counts, and the file of the table."""
-    reasons = Counter(row.reason for row in sweep.journal.rows() if not row.passed)
+    reasons: Counter[str] = Counter()
+    examples: dict[str, str] = {}
+    for row in sweep.journal.rows():
+        if row.reason is not None:
+            kind = _NUMBER.sub("", row.reason)
+            reasons[kind] += 1
+            examples.setdefault(kind, row.reason)
     failed, done = sum(reasons.values()), sweep.journal.count
     lines = _best(sweep, sweep.best())
-    for reason, count in reasons.most_common(MOST_SHOWN):
-        lines.append(printable(f"{count} failed: {reason}"))
+    for kind, count in reasons.most_common(MOST_SHOWN):
+        similar = " (and similar)" if count > 1 else ""
+        lines.append(printable(f"{count} failed: {examples[kind]}{similar}"))
     if len(reasons) > MOST_SHOWN:
-        lines.append(
-            f"{sum(reasons.values()) - sum(n for _, n in reasons.most_common(MOST_SHOWN))} more failed"
-        )
+        shown = sum(count for _, count in reasons.most_common(MOST_SHOWN))
+        lines.append(f"{failed - shown} failed for other reasons")
     missing = f", {sweep.missing} missing" if sweep.missing else ""
     lines.append(f"{done - failed} passed, {failed} failed{missing} in {seconds:.1f} s: {sweep.table}")
     return "\n".join(lines)

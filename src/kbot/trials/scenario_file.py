@@ -44,6 +44,10 @@ class FoundScenario:
     def python_file(self) -> str:
         return self.file if self.file.endswith(".py") else ""
 
+    def whole(self) -> Scenario:
+        """The scenario with its steps and expectations. Raises KbotError, as `read_python_scenarios` does."""
+        return read_python_scenarios(self.file)[self.index] if self.python_file else self.scenario
+
 
 def find_scenario_files(path: str) -> list[str]:
     """The scenario files of a path: itself, or those in a folder, sorted.

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from kbot.model import RobotModel
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import DescriptionError, KbotError
 from kbot.text.suggest import did_you_mean, suggest_or_list
@@ -103,9 +104,7 @@ def select_batteries(
         KbotError: there is no such battery.
     """
     chosen = Selection()
-    parts: list[str | FoundScenario] = []
-    for word in batteries:
-        parts += _battery_parts(pool, word)
+    parts = _parts(pool, batteries)
     names = tuple(each for each in parts if isinstance(each, str))
     requests = [_Request(path, overrides, names, may_skip=ALL in batteries) for path in robots]
     outcomes = pool.map(_prepare, requests, lambda _: WorkerLimits().seconds)
@@ -134,6 +133,42 @@ def select_batteries(
             placed = replace(scenario, robot=outcome.value.robot)
             chosen.tasks += _tasks(replace(found, scenario=placed), overrides, path)
     return chosen
+
+
+def scenarios_for(pool: Pool, robot: RobotModel, words: Sequence[str]) -> list[FoundScenario]:
+    """The scenarios of batteries for a robot that is read already. A word is one of `select_batteries`.
+
+    Raises:
+        KbotError: there is no such battery or file, it cannot be made for the robot, or two scenarios have
+            the same name.
+    """
+    found: list[FoundScenario] = []
+    skipped: list[str] = []
+    for part in _parts(pool, words):
+        if isinstance(part, FoundScenario):
+            found.append(part)
+            continue
+        try:
+            found.append(FoundScenario(battery(part, robot), ""))
+        except NotApplicable as reason:
+            if ALL not in words:
+                raise
+            skipped.append(str(reason))
+    if not found:
+        raise KbotError("; ".join(skipped) or "there is nothing to run")
+    require_names([each.scenario.name for each in found])
+    return found
+
+
+def require_names(names: Sequence[str]) -> None:
+    """Raises KbotError: two scenarios have the same name, whose results could not be distinguished."""
+    for name in names:
+        if names.count(name) > 1:
+            raise KbotError(f"two scenarios are named '{name}'. Rename one of them")
+
+
+def _parts(pool: Pool, words: Sequence[str]) -> list[str | FoundScenario]:
+    return [part for word in words for part in _battery_parts(pool, word)]
 
 
 def _battery_parts(pool: Pool, word: str) -> Sequence[str | FoundScenario]:

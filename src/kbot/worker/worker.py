@@ -81,6 +81,8 @@ class Worker:
     def __init__(self) -> None:
         self.limits = WorkerLimits()
         self._process: subprocess.Popen[bytes] | None = None
+        self._observed: psutil.Process | None = None
+        self._line = _Line()
         self._turn = threading.Lock()
 
     def call(self, work: Callable[[*Ts], T], *arguments: *Ts) -> T:
@@ -98,10 +100,9 @@ class Worker:
         request = pickle.dumps(Request(folder, dict(os.environ), work, arguments), pickle.HIGHEST_PROTOCOL)
         with self._turn:
             process = self._started()
-            answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
-            threading.Thread(target=_exchange, args=(process, request, answers), daemon=True).start()
+            self._line.requests.put(request)
             try:
-                result, error = self._wait(process, answers)
+                result, error = self._wait(process, self._line.answers)
             except BaseException:  # also Ctrl-C: a later answer would be taken for that of the next call
                 self.end()
                 raise
@@ -119,37 +120,49 @@ class Worker:
                 creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
             )
             atexit.register(self.end)
+            self._line.requests.put(None)  # of a process that ended between two calls
+            self._line = _Line()
+            threading.Thread(target=_exchange, args=(self._process, self._line), daemon=True).start()
         return self._process
 
     def _wait(self, process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | None]) -> Answer:
-        import psutil  # imported lazily: only servers use it
-
         limits, began = self.limits, time.monotonic()
-        observed, used_before = psutil.Process(process.pid), 0.0
-        with suppress(psutil.NoSuchProcess):
-            used_before = _processor_seconds(observed)
+        used_before: float | None = None
         while True:
             with suppress(queue.Empty):
                 answer = answers.get(timeout=LOOK_SECONDS)
                 if answer is None:
                     raise ProcessEnded(_status(process))
                 return answer
-            with suppress(psutil.NoSuchProcess):
-                if _processor_seconds(observed) - used_before > limits.seconds:
-                    raise LimitExceeded(
-                        f"took longer than {limits.seconds:g} s and was stopped", is_late=True
-                    )
-                if observed.memory_info().rss > limits.memory:
-                    most = f"{limits.memory / 1e9:g} GB"
-                    raise LimitExceeded(f"took more than {most} of memory and was stopped")
+            used, memory = self._used(process)
+            used_before = used if used_before is None else used_before  # a short call needs no look
+            if used - used_before > limits.seconds:
+                raise LimitExceeded(f"took longer than {limits.seconds:g} s and was stopped", is_late=True)
+            if memory > limits.memory:
+                most = f"{limits.memory / 1e9:g} GB"
+                raise LimitExceeded(f"took more than {most} of memory and was stopped")
             if time.monotonic() - began > CLOCK * limits.seconds:
                 waited = f"{CLOCK * limits.seconds:g} s"
                 raise LimitExceeded(f"waited longer than {waited} and was stopped", is_late=True)
 
+    def _used(self, process: subprocess.Popen[bytes]) -> tuple[float, int]:
+        """The processor time in s and the memory in bytes of a process. Nothing of one that has ended."""
+        import psutil  # imported lazily: only servers use it
+
+        try:
+            if self._observed is None or self._observed.pid != process.pid:
+                self._observed = psutil.Process(process.pid)
+            times = self._observed.cpu_times()
+            return times.user + times.system, self._observed.memory_info().rss
+        except psutil.NoSuchProcess:
+            return 0.0, 0
+
     def end(self) -> None:
         """End the process. The next call starts another one."""
         process, self._process = self._process, None
+        self._observed = None
         atexit.unregister(self.end)
+        self._line.requests.put(None)
         if process is not None:
             _kill(process)
             process.wait()
@@ -176,22 +189,25 @@ def _status(process: subprocess.Popen[bytes]) -> int:
     return process.wait()
 
 
-def _processor_seconds(process: psutil.Process) -> float:
-    times = process.cpu_times()
-    return times.user + times.system
+class _Line:
+    """Requests to a process, and its answers. None ends the requests, and is the answer of a lost process."""
+
+    def __init__(self) -> None:
+        self.requests: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self.answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
 
 
-def _exchange(
-    process: subprocess.Popen[bytes], request: bytes, answers: queue.SimpleQueue[Answer | None]
-) -> None:
-    """Send a request, and queue its answer, or None if the process ends before it."""
-    answer: Answer | None = None
-    with suppress(OSError, EOFError, pickle.UnpicklingError, ValueError):  # ValueError: a closed pipe
-        if process.stdin is not None and process.stdout is not None:
-            process.stdin.write(len(request).to_bytes(8, "little") + request)
-            process.stdin.flush()
-            answer = pickle.load(process.stdout)  # from KBot's own code
-    answers.put(answer)
+def _exchange(process: subprocess.Popen[bytes], line: _Line) -> None:
+    """Send requests, and queue their answers, until the process ends."""
+    answer: Answer | None
+    while (request := line.requests.get()) is not None:
+        answer = None
+        with suppress(OSError, EOFError, pickle.UnpicklingError, ValueError):  # ValueError: a closed pipe
+            if process.stdin is not None and process.stdout is not None:
+                process.stdin.write(len(request).to_bytes(8, "little") + request)
+                process.stdin.flush()
+                answer = pickle.load(process.stdout)  # from KBot's own code
+        line.answers.put(answer)
 
 
 READING = Worker()

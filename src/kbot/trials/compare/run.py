@@ -17,7 +17,7 @@ from kbot.trials.compare.significance import Difference, differences
 from kbot.trials.errors import sentence
 from kbot.trials.pool import Pool, time_limit
 from kbot.trials.results import TrialResult
-from kbot.trials.scenario import Scenario
+from kbot.trials.scenario_file import FoundScenario
 from kbot.trials.trial import run_trial
 
 
@@ -25,7 +25,7 @@ from kbot.trials.trial import run_trial
 class _Run:
     """One trial of one robot."""
 
-    scenario: Scenario
+    found: FoundScenario
     seed: int
     robot: Variant
 
@@ -34,7 +34,7 @@ def compare(
     before: Description,
     after: Description,
     edits: Edits,
-    scenarios: Sequence[Scenario],
+    scenarios: Sequence[FoundScenario],
     pool: Pool,
     on_progress: Callable[[int, int], None] = lambda done, count: None,
 ) -> Comparison:
@@ -61,7 +61,7 @@ def compare(
     known: dict[frozenset[Edit], list[Difference]] = {
         frozenset(edit for change in changes for edit in change.edits): found
     }
-    affected = [s for s in scenarios if any(d.is_significant for d in found if d.scenario == s.name)]
+    affected = [s for s in scenarios if any(d.is_significant for d in found if d.scenario == s.scenario.name)]
 
     def effects(chosen: frozenset[Edit]) -> Mapping[EffectKey, Difference]:
         if chosen not in known:
@@ -109,18 +109,18 @@ class _Trials:
         self._done = self._count = 0
 
     def run(
-        self, scenarios: Sequence[Scenario], robots: Iterable[Variant]
+        self, scenarios: Sequence[FoundScenario], robots: Iterable[Variant]
     ) -> list[dict[str, list[TrialResult]]]:
         """The results of each robot by scenario, one for each seed."""
         robots = tuple(robots)
-        runs = [_Run(s, seed, robot) for robot in robots for s in scenarios for seed in s.seeds]
+        runs = [_Run(s, seed, robot) for robot in robots for s in scenarios for seed in s.scenario.seeds]
         self._count += len(runs)
 
         def count(index: int, outcome: object) -> None:
             self._done += 1
             self._on_progress(self._done, self._count)
 
-        outcomes = self._pool.map(_run, runs, lambda run: time_limit(run.scenario), count)
+        outcomes = self._pool.map(_run, runs, lambda run: time_limit(run.found.scenario), count)
         if self._pool.interrupted:
             raise KeyboardInterrupt
         found: dict[int, dict[str, list[TrialResult]]] = {
@@ -128,12 +128,13 @@ class _Trials:
         }
         for run, outcome in zip(runs, outcomes, strict=True):
             error = outcome.error if outcome is not None else None
-            failed = TrialResult(run.scenario.name, run.seed, error=sentence(error, "the trial"))
+            name = run.found.scenario.name
+            failed = TrialResult(name, run.seed, error=sentence(error, "the trial"))
             result = outcome.value if outcome is not None else None
-            found[robots.index(run.robot)][run.scenario.name].append(result or failed)
+            found[robots.index(run.robot)][name].append(result or failed)
         return list(found.values())
 
 
 def _run(run: _Run) -> TrialResult:
     with run.robot.opened() as robot:
-        return run_trial(run.scenario, run.seed, robot, with_all_values=True)
+        return run_trial(run.found.whole(), run.seed, robot, with_all_values=True)
