@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from kbot.sweep.space import Dimension, Interval, Levels, Target, parse_dimension, parse_space
+from kbot.sweep.space import Choices, Dimension, Interval, Levels, Target, parse_dimension, parse_space
 from kbot.text import KbotError
 
 
@@ -50,6 +52,10 @@ def test_values_of_a_text(text: str, expected: list[object], kind: type) -> None
         ("r=1:1:4", "--set r=1:1:4: all 4 values are equal"),
         ("r=0.5:0.5", "--set r=0.5:0.5: the range has only one value. Write 0.5"),
         ("r=-1e308:1e308", "--set r=-1e308:1e308: the range is too wide"),
+        (
+            "r=1:99999999999999999999",
+            "--set r=1:99999999999999999999: the upper end is too large: integers have at most 64 bits",
+        ),
         ("r=1:2:3:4", "--set r=1:2:3:4: a range is low:high or low:high:count"),
         ("r=1,,2", "--set r=1,,2: one of the values is empty"),
         ("r=1,2,1", "--set r=1,2,1: the value 1 is given twice"),
@@ -115,3 +121,19 @@ def test_fractions_give_each_value_of_a_list_an_equal_share() -> None:
 
 def test_a_dimension_is_shown_as_it_was_typed() -> None:
     assert str(Dimension("r", "0.020:0.05:7", Levels(0.02, 0.05, 7))) == "r=0.020:0.05:7"
+
+
+@given(st.text("0123456789.:,-+einfax =", max_size=24), st.floats(0.0, 1.0, exclude_max=True))
+@settings(max_examples=500)
+def test_any_text_is_a_dimension_within_its_ends_or_one_error(text: str, fraction: float) -> None:
+    try:
+        dimension = parse_dimension(f"name={text}")
+    except KbotError:
+        return
+    domain = dimension.domain
+    for value in (*domain.samples(), domain.at(fraction)):
+        assert type(value) is dimension.kind or dimension.kind is float
+        if isinstance(domain, Choices):
+            assert value in domain.values
+        else:
+            assert domain.low <= float(value) <= domain.high

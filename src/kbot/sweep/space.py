@@ -18,6 +18,10 @@ Values = tuple[Value, ...]
 
 MOST_LISTED = 10_000
 """Values of a list. A range can have more: its values are computed."""
+LARGEST = 2**63 - 1
+"""Integers of a table have 64 bits."""
+_LONGEST = 20
+"""Characters of the longest integer, with its sign."""
 _DIGITS = 12
 """Significant digits of a value between the ends of a range: 0.025 instead of 0.025000000000000001."""
 _RESOLUTION = 6
@@ -257,7 +261,7 @@ def _range(low: str, high: str, count: str = "") -> Levels | Interval:
         if not math.isfinite(last - first):
             raise ValueError("the range is too wide")
         return Interval(float(first), float(last))
-    if not _INTEGER.fullmatch(count) or int(count) < 1:
+    if not _INTEGER.fullmatch(count) or len(count) > _LONGEST or int(count) < 1:
         raise ValueError(f"the number of values must be an integer from 1 on, not '{count}'")
     if (int(count) == 1) != (first == last):
         few = f"1 value cannot include both {low} and {high}"
@@ -307,6 +311,8 @@ def _number(text: str, what: str) -> int | float:
     """The number in a text: an integer if it is written as one."""
     text = text.strip()
     if _INTEGER.fullmatch(text):
+        if len(text) > _LONGEST or abs(int(text)) > LARGEST:
+            raise ValueError(f"{what} is too large: integers have at most 64 bits")
         return int(text)
     try:
         number = to_float(text)
