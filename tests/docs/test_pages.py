@@ -70,7 +70,14 @@ def test_verbs_and_options_in_the_pages_exist(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", ["reference/python.md", "explanation/clock.md", "how-to/add-your-own.md", "how-to/use-nav2.md"]
+    "page",
+    [
+        "reference/python.md",
+        "reference/sweep.md",
+        "explanation/clock.md",
+        "how-to/add-your-own.md",
+        "how-to/use-nav2.md",
+    ],
 )
 def test_the_examples_in_python_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The examples of a page run one after the other, as in one program. A node needs a running KBot."""
