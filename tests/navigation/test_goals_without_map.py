@@ -162,16 +162,13 @@ def test_a_goal_in_a_frame_of_the_robot_is_where_the_robot_believes(robot):
     assert (goal.x, goal.y, goal.yaw) == pytest.approx((1.0, 2.5, math.pi / 2), abs=1e-6)
 
 
-def test_a_goal_in_a_frame_that_a_peer_connects_on_tf(robot):
-    """A localisation publishes the parent of the frame of odometry, as SLAM does."""
+def test_a_goal_in_a_frame_that_is_connected_on_tf(robot):
+    """A script publishes the parent of the frame of odometry, as a localisation does."""
     simulation = Simulation(robot, start=PlanarPose(1.0, 2.0, math.pi / 2))
     goals = _goals(simulation)
     NavigationTopics(simulation, goals)
     # the frame is turned by 90 degrees against odometry, as one with the axes of the world
     turned = Transform(Vector3(0.0, 0.0, 0.0), Quaternion.about_z(math.pi / 2))
-    simulation.bus.subscribe("/navigation_status", String, lambda _: None)
-    simulation.bus.publish("goal_pose", _goal(0.0, 0.0, 0.0, "fused"))
-    assert goals.status is None  # the frame does not exist yet
     message = TFMessage((TransformStamped(Header(frame_id="fused"), "odom", turned),))
     simulation.bus.publish("/tf", message)
     simulation.bus.publish("goal_pose", _goal(0.0, 3.0, 0.0, "fused"))

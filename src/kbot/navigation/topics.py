@@ -64,6 +64,7 @@ class NavigationTopics:
         self._plans = [bus.advertise(topic, PathMessage, latched=True) for topic in PLANS]
         self._status = bus.advertise(STATUS, String, latched=True)
         self._frames = ForeignFrames(bus)
+        self._frames.subscribe()
         self._map: Publisher[OccupancyGrid] | None = None
         self._costmaps: list[Publisher[OccupancyGrid]] = []
         if self.goals.has_map:
@@ -112,7 +113,7 @@ class NavigationTopics:
             self._refuse(error)
 
     def _in_world(self, pose: PlanarPose, frame: str) -> PlanarPose:
-        """A pose in the world, in a frame of the robot or its odometry, or in a frame that a peer connects to
+        """A pose in the world, in a frame of the robot or its odometry, or in a frame that is connected to
         these on `/tf`. Raises KbotError for another frame."""
         simulation = self._simulation
         if frame in WORLD:

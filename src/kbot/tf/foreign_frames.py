@@ -39,7 +39,7 @@ class ForeignFrames:
 
         `own` frames come first. If no transform places `map`, it equals the world.
         """
-        self._subscribe()
+        self.subscribe()
         at = {WORLD: Transform.identity(), **links, **{name: pose for name, (_, pose) in own.items()}}
         found = dict(own)
         edges = _placed(
@@ -53,7 +53,8 @@ class ForeignFrames:
             _placed(edges, at, found)
         return found
 
-    def _subscribe(self) -> None:
+    def subscribe(self) -> None:
+        """Subscribe to the topics of transforms that exist. Messages from before that are missed."""
         if self._bus.changes == self._seen:
             return
         for topic in TOPICS:
