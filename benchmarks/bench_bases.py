@@ -3,10 +3,10 @@
     python benchmarks/bench_bases.py [--from FOLDER] [--goals N] [NAME…]
 
 Each robot of the list drives to random goals in furnished rooms that are as large as the robot needs: rooms
-of 4 robot lengths or 4 turning radii, doors of 1.6 robot widths, and boxes at random places. A goal is a
-random pose where the robot's outline has some room. The robot gets a map first. If it has a level lidar, it
-then drives to the same goals without a map. The path is the ratio of the driven distance to the planned one,
-or, without a map, to the straight line.
+of 4 robot lengths or 4 turning radii, doors of 1.6 robot widths and 0.1 m, and boxes at random places. A goal
+is a random pose where the robot's outline has some room. The robot gets a map first. If it has a level lidar,
+it then drives to the same goals without a map, at up to 1 m/s, with any heading. The path is the ratio of the
+driven distance to the planned one, or, without a map, to the straight line.
 
 A robot with a least turning radius also drives to random poses in an empty world. Its driven path is compared
 with the Reeds-Shepp distance for its own least turning radius, below which no path can be, and for the larger
@@ -24,14 +24,14 @@ import statistics
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from bench_robots import Robot, read_robots
 from public_repositories import fetch
 
-from kbot.kinematics import PlanarPose
+from kbot.kinematics import PlanarPose, Transform
 from kbot.model import RobotModel
 from kbot.model.load import load_robot
 from kbot.navigation import Trip, go_to, go_to_without_map
@@ -45,6 +45,7 @@ from kbot.text import KbotError
 from kbot.world import World, load_world
 from kbot.world.builders import WOOD, box
 from kbot.world.occupancy_of_world import world_grid
+from kbot.world.world import Body, Box
 from kbot.xacro import Packages
 
 NAMES = (
@@ -52,6 +53,10 @@ NAMES = (
     "ridgeback", "mpo_500", "nexus_4wd_mecanum", "linorobot2_mecanum", "robotino", "youbot", "rbvogui",
     "swervi", "bunker",
 )  # fmt: skip
+MAX_SPEED = 1.0, 2.0
+"""m/s and rad/s without a map. Some robots declare more than 100 m/s."""
+HEIGHT = 2.0
+"""m. Walls and boxes are higher than every lidar."""
 ARRIVE_WITHOUT_MAP = 0.1
 """m, or a tenth of the robot's length if that is more: odometry drifts."""
 
@@ -102,15 +107,16 @@ def rooms(moves: Mobility, seed: int) -> tuple[World, PlanarPose]:
     random = np.random.default_rng(seed)
     length, width = sorted(np.ptp(moves.outline.corners, axis=0).tolist(), reverse=True)
     turning = moves.steering.radius if moves.steering is not None else 0.0
-    size, door = max(4.0 * length, 4.0 * turning), 1.6 * width
+    size, door = max(4.0 * length, 4.0 * turning), 1.6 * width + 0.1
     bare = load_world(f"rooms:columns=3,rows=2,size={size:.3f},door={door:.3f}")
     boxes = []
     for number in range(8):
         x, y = random.uniform(-0.4, 2.4) * size, random.uniform(-0.4, 1.4) * size
         if math.hypot(x, y) > 1.5 * length and not _is_at_door(x / size, y / size):
-            wide = (*random.uniform(0.1, 0.5, 2) * length, 0.5)
+            wide = (*random.uniform(0.1, 0.5, 2) * length, HEIGHT)
             boxes.append(box(f"box{number}", wide, x, y, yaw=float(random.uniform(0, 3)), rgba=WOOD))
-    world = World("rooms", (*bare.bodies, *boxes))
+    high = [_raised(body) for body in bare.bodies if not body.name.startswith("table")]
+    world = World("rooms", (*high, *boxes))
     grid = world_grid(world, heights=(0.01, max(0.25, moves.shape.height)))
     field = DistanceField.of(
         grid.cells == 100, (grid.origin.x, grid.origin.y), grid.resolution, 2.0 * moves.shape.radius
@@ -123,6 +129,16 @@ def rooms(moves: Mobility, seed: int) -> tuple[World, PlanarPose]:
         clearance = footprint.of(field, np.array([at.x]), np.array([at.y]), np.array([at.yaw]))
         if clearance[0] > 0.03 + 0.05 * length and math.hypot(x, y) > length:
             return world, goal
+
+
+def _raised(body: Body) -> Body:
+    """A wall that is as high as the boxes."""
+    (part,) = body.parts
+    if not isinstance(part.shape, Box):
+        return body
+    size, place = (*part.shape.size[:2], HEIGHT), body.pose.translation
+    pose = Transform.from_rotation_translation(body.pose.rotation, (place[0], place[1], HEIGHT / 2.0))
+    return replace(body, parts=(replace(part, shape=Box(size)),), pose=pose)
 
 
 def _is_at_door(x: float, y: float) -> bool:
@@ -143,7 +159,9 @@ def in_rooms(robot: RobotModel, name: str, goals: int, has_map: bool) -> Row:
                 trip = go_to(simulation, goal)
             else:
                 arrive = max(ARRIVE_WITHOUT_MAP, 0.2 * moves.shape.radius)
-                trip = go_to_without_map(simulation, goal, any_heading=True, arrive=arrive)
+                trip = go_to_without_map(
+                    simulation, goal, any_heading=True, arrive=arrive, max_speed=MAX_SPEED
+                )
         except KbotError as error:
             row.errors.append(str(error))
             continue

@@ -8,13 +8,14 @@ import pytest
 
 from kbot.kinematics import PlanarPose
 from kbot.model.load import load_robot_text
-from kbot.navigation import ControllerLimits, NavigatorSettings, go_to
+from kbot.navigation import ControllerLimits, NavigatorSettings, go_to, go_to_without_map
 from kbot.navigation.footprint import Outline
 from kbot.navigation.local.distance_field import DistanceField
 from kbot.navigation.local.footprint_clearance import FootprintClearance
 from kbot.navigation.mobility import BaseKind, mobility
 from kbot.navigation.simulated_shape import loads, simulated_shape
 from kbot.sim import Simulation
+from kbot.text import KbotError
 from kbot.world import World
 from kbot.world.builders import box, floor
 
@@ -68,6 +69,16 @@ ARM = (
     '<joint name="arm_joint" type="revolute"><parent link="base"/><child link="arm"/>'
     '<origin xyz="0 0 0.2"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="50" velocity="3"/></joint>'
 )
+
+
+def _with_lidar(text, fov=2.0 * math.pi):
+    lidar = (
+        '<gazebo reference="base"><sensor name="lidar" type="ray"><update_rate>20</update_rate>'
+        "<pose>0.1 0 0.18 0 0 0</pose><ray><scan><horizontal><samples>360</samples>"
+        f"<min_angle>{-fov / 2}</min_angle><max_angle>{fov / 2}</max_angle></horizontal></scan>"
+        "<range><min>0.05</min><max>8</max></range></ray></sensor></gazebo>"
+    )
+    return text.replace("</robot>", f"{lidar}</robot>")
 
 
 def _robot(text):
@@ -174,3 +185,46 @@ def test_a_post_inside_of_a_long_robot_is_a_collision():
     long = FootprintClearance(Outline.rectangle(-2.0, 2.0, -0.5, 0.5), 0.03)
     x, y, yaw = np.array([2.01 - 1.0]), np.array([2.01]), np.zeros(1)
     assert long.of(field, x, y, yaw)[0] < 0.0
+
+
+BOXES = World(
+    "boxes",
+    (
+        floor(),
+        box("ahead", (0.2, 0.8, 0.4), 1.0, 0.0),
+        box("behind", (0.1, 2.0, 0.4), -0.9, 0.0),
+        box("aside", (0.8, 0.1, 0.4), 0.0, -0.8),
+    ),
+)
+
+
+@pytest.mark.parametrize("any_heading", [True, False])
+@pytest.mark.parametrize(("text", "fov"), [(CAR, 4.5), (CAR, 6.28), (SIDEWAYS, 6.28), (SIDEWAYS, 4.5)])
+def test_other_bases_reach_goals_without_a_map(text, fov, any_heading):
+    """With a lidar that sees all around, and with one that does not see the wall behind the robot."""
+    simulation = Simulation(_robot(_with_lidar(text, fov)), BOXES)
+    goal = PlanarPose(2.0, 0.3, 0.8)
+    trip = go_to_without_map(simulation, goal, any_heading=any_heading, arrive=0.1, max_speed=(0.6, 1.5))
+    assert trip.reached, trip.status
+    assert not trip.collided
+    assert trip.off <= 0.1
+    assert any_heading or trip.turned_off < 0.1
+
+
+def test_a_car_whose_heading_is_free_stops_with_its_base_at_the_goal():
+    """The axle is 0.2 m behind the base's origin, which must be at the goal whatever the heading is."""
+    text = CAR.replace(
+        '<robot name="car">',
+        '<robot name="car"><link name="root"/><joint name="j" type="fixed">'
+        '<parent link="root"/><child link="base"/><origin xyz="-0.2 0 0"/></joint>',
+    )
+    settings = NavigatorSettings(limits=ControllerLimits(angle=math.pi))
+    simulation = Simulation(_robot(text))
+    trip = go_to(simulation, PlanarPose(0.8, 1.0, 3.0), settings=settings)
+    assert trip.reached, trip.status
+    assert trip.off <= 0.011
+
+
+def test_a_robot_without_a_lidar_cannot_drive_without_a_map():
+    with pytest.raises(KbotError, match="declares no level lidar"):
+        go_to_without_map(Simulation(_robot(CAR)), PlanarPose(1.0, 0.0))

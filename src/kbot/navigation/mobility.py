@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive
@@ -12,10 +12,14 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.controller import ControllerLimits
 from kbot.navigation.footprint import Outline, RobotShape
 from kbot.navigation.holonomic_follower import HolonomicFollower
+from kbot.navigation.local.approach import Approaches
+from kbot.navigation.local.motion_limits import MotionLimits
+from kbot.navigation.moves import HolonomicMoves, SteeredMoves
 from kbot.navigation.navigator import Guidance, PathFollower
 from kbot.navigation.path import Path
 from kbot.navigation.planner import GridPlanner, Planner
 from kbot.navigation.pose_planner import PosePlanner, holonomic, steered
+from kbot.navigation.pose_search import Moves
 from kbot.navigation.simulated_shape import simulated_shape
 from kbot.navigation.steered_follower import SteeredFollower, Steering
 from kbot.sim import Simulation
@@ -33,9 +37,19 @@ it counts as length: enough to avoid turns without a use, too little for a detou
 _ORIGIN = PlanarPose()
 
 
+_APPROACH = 3.0
+"""Turning radii from the goal at which a base that steers looks for a direct way. Most turns need less."""
+_APPROACH_SIDEWAYS = 0.3
+"""m. The same for a base that drives sideways."""
+_CELL, _SPACING = 0.2, 0.02
+"""Turning radii, or m for a base that drives sideways. Direct connections use the spacing only."""
+
+
 class BaseKind(StrEnum):
-    """How a base moves: it turns on the spot, it has a least turning radius, or it drives in every
-    direction."""
+    """How a base moves: it turns on the spot, it drives curves as a car, or it drives in every direction.
+
+    A tricycle whose wheel steers by 90 degrees turns on the spot, but has to steer first. It drives as a
+    car."""
 
     TURNS = "turns"
     STEERS = "steers"
@@ -76,8 +90,30 @@ class Mobility:
         if self.kind is BaseKind.TURNS:
             return GridPlanner(grid, self.shape.radius, finer=finer)
         if self.steering is not None:
-            return PosePlanner(grid, self.outline, steered(RESERVE * self.steering.radius))
+            return PosePlanner(grid, self.outline, steered(RESERVE * self.steering.radius, self.point))
         return PosePlanner(grid, self.outline, holonomic(_TURNING * self.shape.radius))
+
+    @property
+    def approaches(self) -> Approaches | None:
+        """How the base drives the last metres to a goal without a map; None for one that turns on the
+        spot."""
+        if self.kind is BaseKind.TURNS:
+            return None
+        if self.steering is not None:
+            radius = RESERVE * self.steering.radius
+            moves: Moves = SteeredMoves(radius, _CELL * radius, _SPACING * radius, self.point)
+            return Approaches(moves, self._follower, _APPROACH * radius)
+        moves = HolonomicMoves(_CELL, _SPACING, _TURNING * self.shape.radius)
+        return Approaches(moves, self._follower, _APPROACH_SIDEWAYS)
+
+    def with_limits(self, limits: MotionLimits) -> MotionLimits:
+        """The limits of speed with those of this base's moves."""
+        if self.kind is BaseKind.SIDEWAYS:
+            return replace(limits, lateral=limits.linear)
+        if self.steering is not None:
+            curvature, time = 1.0 / self.steering.radius, self.steering.time
+            return replace(limits, curvature=curvature, steering_time=time)
+        return limits
 
     def _follower(self, path: Path, limits: ControllerLimits) -> PathFollower:
         if self.steering is not None:
@@ -101,7 +137,7 @@ def mobility(simulation: Simulation) -> Mobility:
     shape = simulated_shape(simulation)
     if isinstance(drive, HolonomicDrive | SteeredDrive) and drive.sideways:
         return Mobility(BaseKind.SIDEWAYS, drive.base, shape, drive.axle_in_base_planar)
-    if isinstance(drive, SteeredDrive) and not drive.turns_in_place:
+    if isinstance(drive, SteeredDrive):
         settings = robot.settings
         commanded = settings.with_controller_sizes(drive) if settings is not None else drive
         steering = _steering(commanded if isinstance(commanded, SteeredDrive) else drive)
@@ -111,16 +147,19 @@ def mobility(simulation: Simulation) -> Mobility:
 
 def why_no_goals(drive: DifferentialDrive) -> str:
     """Why a robot with this drive cannot follow a path to a goal; empty if it can."""
-    if isinstance(drive, SteeredDrive) and not drive.turns_in_place and _curvature(drive) <= 0.0:
+    if isinstance(drive, SteeredDrive) and not drive.sideways and _curvature(drive) <= 0.0:
         return "cannot follow a path: its wheels do not steer to both sides"
     mistakes = list(drive.mistakes.values())
     return f"cannot follow a path: {mistakes[0]}" if mistakes else ""
 
 
 def _curvature(drive: SteeredDrive) -> float:
-    """The curvature (1/m) of the sharpest curve that the base drives to both sides."""
+    """The curvature (1/m) of the sharpest curve that the base drives to both sides.
+
+    It is at most that of a front wheel that steers by 45 degrees: a path of sharper curves would only be
+    driven slowly."""
     right, left = drive.curvatures
-    return min(-right, left)
+    return min(-right, left, 1.0 / drive.wheelbase)
 
 
 def _steering(drive: SteeredDrive) -> Steering:

@@ -16,6 +16,7 @@ from kbot.navigation.reeds_shepp import along_arc, distances, path_between
 
 Values = NDArray[np.float64]
 
+ORIGIN = PlanarPose()
 _HEADINGS = 16
 """Headings that are tried at a goal whose heading is free."""
 _WORDS = 8
@@ -28,10 +29,11 @@ class SteeredMoves:
     """A base with a least turning radius, which drives forwards and backwards. The moving point is the middle
     of its fixed axle."""
 
-    def __init__(self, radius: float, cell: float, spacing: float) -> None:
+    def __init__(self, radius: float, cell: float, spacing: float, point: PlanarPose = ORIGIN) -> None:
         """In m: the least turning radius, the size of the search's cells, and the distance between the poses
-        of a path."""
-        self.radius, self._spacing = radius, spacing
+        of a path. `point` is the moving point in the frame of the base, whose position a goal with a free
+        heading gives."""
+        self.radius, self._spacing, self._point = radius, spacing, point
         angle = 2.0 * math.pi / 72
         # each step must leave its cell, and its sharpest curve the cell of its heading
         length = max(1.5 * cell, 1.1 * angle * radius)
@@ -51,7 +53,8 @@ class SteeredMoves:
         """The lengths of the Reeds-Shepp paths, or of straight lines if the heading is free."""
         x, y = goal.x - poses[:, 0], goal.y - poses[:, 1]
         if any_heading:
-            return np.hypot(x, y)
+            away: Values = np.hypot(x, y)
+            return np.maximum(away - 2.0 * math.hypot(self._point.x, self._point.y), 0.0)
         cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
         ahead, left = (cos * x + sin * y) / self.radius, (cos * y - sin * x) / self.radius
         return self.radius * distances(ahead, left, goal.yaw - poses[:, 2])
@@ -62,12 +65,14 @@ class SteeredMoves:
         """Reeds-Shepp paths, the shortest first."""
         goals = [goal]
         if any_heading:
-            yaws = np.linspace(start.yaw, start.yaw + 2.0 * math.pi, _HEADINGS, endpoint=False)
-            x, y = start.local(goal.x, goal.y)
-            lengths = distances(
-                np.full(_HEADINGS, x / self.radius), np.full(_HEADINGS, y / self.radius), yaws - start.yaw
-            )
-            goals = [PlanarPose(goal.x, goal.y, float(yaws[at])) for at in np.argsort(lengths)[: _WORDS // 2]]
+            place = goal @ self._point.inverse()
+            towards = math.atan2(place.y - start.y, place.x - start.x)
+            yaws = [towards + turn * (2.0 * math.pi / _HEADINGS) for turn in range(_HEADINGS)]
+            goals = [PlanarPose(place.x, place.y, yaw) @ self._point for yaw in [start.yaw, *yaws]]
+            x, y = start.local(*np.array([(end.x, end.y) for end in goals]).T)
+            turns = np.array([end.yaw for end in goals]) - start.yaw
+            lengths = distances(x / self.radius, y / self.radius, turns)
+            goals = [goals[at] for at in np.argsort(lengths)[: _WORDS // 2]]
         words = [
             (path.length * self.radius + path.cusps * self.cusp, index, path)
             for index, end in enumerate(goals)

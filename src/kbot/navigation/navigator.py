@@ -300,7 +300,9 @@ class Navigator:
         """Once the robot is at rest, end the goal if it is reached, else plan a correction."""
         if not observation.is_at_rest:
             return STILL
-        limits, pose, goal = run.limits, observation.pose, self._goal_of_point(run)
+        limits, pose, goal = run.limits, observation.pose, run.goal
+        if self.guidance is not None:
+            pose = pose @ self.guidance.point.inverse()
         off = math.hypot(goal.x - pose.x, goal.y - pose.y)
         turned = abs(wrapped(goal.yaw - pose.yaw))
         if off <= limits.distance and turned <= limits.angle:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.footprint import Outline
 from kbot.navigation.local.footprint_clearance import FootprintClearance
-from kbot.navigation.moves import HolonomicMoves, SteeredMoves
+from kbot.navigation.moves import ORIGIN, HolonomicMoves, SteeredMoves
 from kbot.navigation.path import Path
 from kbot.navigation.planner import NoPath, Refusal, occupied_cells, refusal_of_cells, with_points
 from kbot.navigation.pose_search import Clearances, Moves, PoseSearch
@@ -27,19 +26,17 @@ _ROOM = 0.5
 """Share of the outline's inner radius within which an obstacle makes a way cost more."""
 _MOST_ROOM = 0.3
 """m. The largest such distance."""
-_HEADINGS = 16
-"""Headings at which a goal with a free heading is checked."""
 
 MakeMoves = Callable[[float, float], Moves]
 """Makes the moves of a base for the inner radius of its outline and the size of a grid's cells, in m."""
 
 
-def steered(radius: float) -> MakeMoves:
-    """The moves of a base with a least turning radius in m."""
+def steered(radius: float, point: PlanarPose = ORIGIN) -> MakeMoves:
+    """The moves of a base with a least turning radius in m; `point` is the moving point in its frame."""
 
     def make(inner: float, resolution: float) -> Moves:
         cell = max(2.0 * resolution, min(radius / 8.0, inner / 2.0))
-        return SteeredMoves(radius, cell, max(resolution, radius / 50.0))
+        return SteeredMoves(radius, cell, max(resolution, radius / 50.0), point)
 
     return make
 
@@ -84,9 +81,7 @@ class PosePlanner:
         if float(search.clearance(np.array([[first.x, first.y, first.yaw]]))[0]) < search.keep.least:
             # the robot is there, so what its outline covers and what it touches is free
             search = self._make_search(blocked & ~self._covered(first))
-        yaws = last.yaw + np.arange(_HEADINGS if any_heading else 1) * (2.0 * math.pi / _HEADINGS)
-        poses = np.column_stack([np.full(len(yaws), last.x), np.full(len(yaws), last.y), yaws])
-        if float(search.clearance(poses).max()) <= 0.0:
+        if not any_heading and float(search.clearance(np.array([[last.x, last.y, last.yaw]]))[0]) <= 0.0:
             at = f"({goal.x:.2f}, {goal.y:.2f})"
             return NoPath(
                 Refusal.GOAL_TOO_NEAR, f"the goal {at} is too near an obstacle: the robot does not fit there"
@@ -98,7 +93,7 @@ class PosePlanner:
                 f"no path wide enough for the robot leads to the goal ({goal.x:.2f}, {goal.y:.2f})",
             )
         points = origin.apply(found[:, :2])
-        points[0], points[-1] = (start.x, start.y), (goal.x, goal.y)
+        points[0] = start.x, start.y
         headings: Values = np.unwrap(found[:, 2] + origin.yaw)
         return Path(points, float(headings[-1]), grid.frame, search.keep.least, headings)
 

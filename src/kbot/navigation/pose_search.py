@@ -142,7 +142,8 @@ class PoseSearch:
         x, y = self.middles(np.array([[goal.x, goal.y, goal.yaw]]))
         radius = 0.0
         if any_heading:
-            x, y, radius = np.array([goal.x]), np.array([goal.y]), float(np.hypot(*self.footprint.middle))
+            x, y = np.array([goal.x]), np.array([goal.y])
+            radius = self.footprint.outer  # the middle is somewhere around the goal
         sweeping = Sweeping(weight, (0.0, 0.0), resolution, (float(x[0]), float(y[0])), radius)
         while not sweeping.is_done:
             sweeping.sweep()

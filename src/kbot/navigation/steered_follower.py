@@ -126,9 +126,14 @@ class SteeredFollower:
         return 0.05 + 0.1 * self._steering.time
 
     def _stop(self, observation: Observation) -> Twist:
-        """Stand still, and then begin the next piece."""
+        """Stand still, and then begin the next piece, or go on if the base is still before the end."""
         if observation.is_at_rest:
             self._stops = False
+            piece = self._pieces[self._at]
+            self._advance(piece, observation.pose.x, observation.pose.y)
+            if piece.length - self._along > max(self.limits.distance, 0.02 * self._steering.radius):
+                self._measured = None
+                return STILL
             self._at, self._along, self._measured = self._at + 1, 0.0, None
             if self._at == len(self._pieces):
                 self.is_done, self.remaining = True, 0.0

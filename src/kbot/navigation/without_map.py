@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from kbot.sim.report import Odometer
 from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 
+_ALL_AROUND = math.radians(350.0)
 DEFAULT_SETTINGS = LocalSettings()
 _ODOMETRY_SILENCE = 0.1
 """s: the time of five messages."""
@@ -201,7 +203,7 @@ class LocalPilot:
         observation = Observation(now, self.estimate.pose, self.estimate.twist, obstacles, age, fallen, fault)
         wanted = self._navigator.update(observation, scans)
         self._commanded = wanted.linear.x
-        simulation.cmd_vel(wanted.linear.x, wanted.angular.z)
+        simulation.cmd_vel(wanted.linear.x, wanted.angular.z, wanted.linear.y)
         self._after()
 
     def _match(self, lidar: _Lidar) -> Match | None:
@@ -237,11 +239,9 @@ def local_navigator(
 ) -> tuple[LocalNavigator, list[LidarSensor]]:
     """A navigator for a simulation's first robot, and the robot's level lidars.
 
-    Raises: KbotError: the robot cannot drive, steers, has no size or no level lidar, or a speed is not above
+    Raises: KbotError: the robot cannot drive, has no size or no level lidar, or a speed is not above
     0."""
     robot, moves = simulation.robots.first, mobility(simulation)
-    if moves.kind is BaseKind.STEERS:
-        raise KbotError(f"robot '{robot.name}' steers, which a goal without a map does not support")
     lidars = level_lidars(simulation)
     if not lidars:
         raise KbotError(
@@ -249,8 +249,21 @@ def local_navigator(
             " which a goal without a map needs"
         )
     rate = min(lidar.spec.rate for lidar in lidars)
-    limits = motion_limits(robot, max_speed)
-    return LocalNavigator(moves.shape.outline, limits, rate, settings, simulation.seed), lidars
+    is_blind = not _see_all_around(lidars)
+    if is_blind and moves.kind is BaseKind.SIDEWAYS:
+        # it looks where it drives, as a base that only turns on the spot
+        moves = replace(moves, kind=BaseKind.TURNS, point=PlanarPose())
+    limits = moves.with_limits(motion_limits(robot, max_speed))
+    is_blind = is_blind and moves.kind is BaseKind.STEERS  # the others turn before they drive
+    navigator = LocalNavigator(
+        moves.outline, limits, rate, settings, simulation.seed, moves.point, moves.approaches, is_blind
+    )
+    return navigator, lidars
+
+
+def _see_all_around(lidars: Sequence[LidarSensor]) -> bool:
+    """Whether a lidar's beams, or those of all together, cover all directions up to a few degrees."""
+    return sum(abs(lidar.spec.angle_max - lidar.spec.angle_min) for lidar in lidars) >= _ALL_AROUND
 
 
 def go_to_without_map(

@@ -12,18 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.messages import Twist
+from kbot.messages import Twist, Vector3
 from kbot.messages.sensing import LaserScan
 from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, twist
 from kbot.navigation.footprint import Outline
 from kbot.navigation.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalReport, GoalState
+from kbot.navigation.local.approach import Approach, Approaches
 from kbot.navigation.local.cost_to_go import CostToGo, Sweeping, costs, halved, weights
 from kbot.navigation.local.distance_field import DistanceField
 from kbot.navigation.local.footprint_clearance import FootprintClearance
 from kbot.navigation.local.motion_limits import MotionLimits
+from kbot.navigation.local.other_bases import sampling_for
 from kbot.navigation.local.rolling_grid import RollingGrid, SensorPlace
-from kbot.navigation.local.trajectory_sampling import SamplingSettings, TrajectorySampling
+from kbot.navigation.local.trajectory_sampling import SamplingSettings
 from kbot.navigation.navigator import require_goal
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.text import KbotError
@@ -38,6 +40,13 @@ _STOPS_WITHIN = 0.05
 """m. A robot stops this near to a point by its own estimate even if it is fast."""
 _STRAIGHT = 2.0
 """It does so if the way is at most this many times as long as the straight line."""
+
+_BESIDE, _SUSPECT = 0.3, 3.0
+"""Shares of the outline's outer radius: within the first from its outline, a robot that is blind to the rear
+may turn, and up to the second, it expects obstacles where it does not see."""
+_TRIES_AGAIN = 0.05
+"""m. A base that had no direct way to the goal tries again after it has moved by this."""
+_BASE = PlanarPose()
 
 Scans = Sequence[tuple[LaserScan, SensorPlace]]
 
@@ -85,7 +94,11 @@ class _Run:
     begun: float = math.nan
     deadline: float = math.inf
     final: ObstacleGuard | None = None
-    approach: GoToPose | None = None
+    approach: Approach | None = None
+    approach_tried: tuple[float, float] = (math.inf, math.inf)
+    """Where the robot was when it last had no direct way to the goal."""
+    stood: bool = False
+    """Whether the robot has stopped for the approach."""
     attempts: int = 0
     closures: int = 0
     recovering_until: float = -math.inf
@@ -106,9 +119,19 @@ class LocalNavigator:
         lidar_rate: float,
         settings: LocalSettings = LocalSettings(),
         seed: int = 0,
+        point: PlanarPose = _BASE,
+        approaches: Approaches | None = None,
+        is_blind: bool = False,
     ) -> None:
-        """`lidar_rate` in Hz: the robot stops without a scan for the time of 2.5 scans, at least 0.2 s."""
+        """Drive to goals.
+
+        Args: outline: of the robot, in the frame of `point`. limits: of speeds. lidar_rate: in Hz; the robot
+        stops without a scan for the time of 2.5 scans, at least 0.2 s. settings: of the navigator. seed: of
+        the samples. point: of the base's frame that commands move. approaches: the last metres to a goal, for
+        a base that does not turn on the spot. is_blind: the lidars do not see all around, so the robot avoids
+        what is beside and behind it at the start until it has seen it."""
         self.limits, self.settings = limits, settings
+        self._point, self._approaches, self._is_blind = point, approaches, is_blind
         self.status: GoalReport | None = None
         inner = FootprintClearance(outline, 1.0).inner
         resolution = min(max(inner / _CELLS_PER_RADIUS, _FINEST), _COARSEST)
@@ -119,7 +142,7 @@ class LocalNavigator:
         margin = settings.margin + 0.5 * resolution
         self._radius = self._footprint.inner + margin
         sampling = SamplingSettings(margin=margin)
-        self._sampling = TrajectorySampling(self._footprint, limits, sampling, seed)
+        self._sampling = sampling_for(self._footprint, limits, sampling, seed)
         self._most = self._footprint.outer + sampling.margin + sampling.room
         self._reach = limits.linear * sampling.time_steps * sampling.model_dt + self._footprint.outer
         self._pause = max(0.2, 2.5 / lidar_rate)
@@ -178,7 +201,7 @@ class LocalNavigator:
     def update(self, observation: Observation, scans: Scans = ()) -> Twist:
         """The command until the next tick. `scans` are new, each with the place of its lidar when it
         measured."""
-        self._commanded = self._update(observation, scans)
+        self._commanded = self._update(observation.seen_from(self._point), scans)
         return self._commanded
 
     def _update(self, observation: Observation, scans: Scans) -> Twist:
@@ -201,6 +224,10 @@ class LocalNavigator:
         settings = self.settings
         bound = run.timeout or settings.slack * straight / self.limits.linear + settings.grace
         run.deadline = run.begun + bound
+        if self._is_blind:
+            self.grid.center_on(observation.pose.x, observation.pose.y)
+            own = self._outline.grown(_BESIDE * self._footprint.outer)
+            self.grid.suspect(observation.pose, own, _SUSPECT * self._footprint.outer)
         self._restart_progress(observation)
 
     def _wanted(self, run: _Run, observation: Observation) -> Twist:
@@ -226,7 +253,14 @@ class LocalNavigator:
         cost_to_go = self._cost_to_go
         pose = observation.pose
         if run.final is not None or self._is_near(run, pose, cost_to_go):
-            return self._approach(run, observation)
+            if run.approach is None:
+                run.approach = self._make_approach(run, observation)
+            if run.approach is not None and run.final is None and not self._may_begin(run, observation):
+                return STILL
+            if run.approach is not None:
+                return self._approach(run, run.approach, observation)
+            if run.any_heading and self._left(run, pose) <= self._tolerance(run):
+                return self._end(GoalState.REACHED, "") if observation.is_at_rest else STILL
         if cost_to_go.is_blocked(pose.x, pose.y, self._footprint.outer):
             return self._wait_for_a_way(run, observation)
         run.closed_since = None
@@ -239,7 +273,7 @@ class LocalNavigator:
             return self._recover(run, observation)
         if self.status is not None and self.status.state is GoalState.ACCEPTED:
             self.status = GoalReport(run.goal, GoalState.DRIVING)
-        return twist(v, w)
+        return Twist(Vector3(v, self._sampling.lateral, 0.0), Vector3(0.0, 0.0, w))
 
     def _replan(self, run: _Run) -> None:
         """Continue to compute the cost-to-go: a share of the work per tick."""
@@ -269,34 +303,68 @@ class LocalNavigator:
 
     def _is_near(self, run: _Run, pose: PlanarPose, cost_to_go: CostToGo) -> bool:
         """Whether the robot is at the goal, or so near that it drives straight to it."""
-        left = math.hypot(run.goal.x - pose.x, run.goal.y - pose.y)
+        left = self._left(run, pose)
         if left <= self._tolerance(run):
+            return True
+        if self._approaches is not None and left <= self._approaches.distance:
             return True
         way = float(cost_to_go.at(np.array([pose.x]), np.array([pose.y]))[0])
         return left <= _FINAL and way <= _STRAIGHT * left + 2.0 * self.grid.resolution
 
-    def _approach(self, run: _Run, observation: Observation) -> Twist:
-        """Drive straight to the goal, turn to its heading, and end."""
-        if run.final is None or run.approach is None:
-            limits = ControllerLimits(
-                linear=min(GENTLE.linear, self.limits.linear),
-                angular=min(GENTLE.angular, self.limits.angular),
-                braking=min(GENTLE.braking, self.limits.acceleration),
-                turn_braking=min(GENTLE.turn_braking, self.limits.angular_acceleration),
-                distance=self._tolerance(run),
-            )
-            run.approach = GoToPose(run.goal, limits, run.any_heading)
-            run.final = ObstacleGuard(
-                run.approach, self._outline, braking=limits.braking, silence=self._pause
-            )
+    def _may_begin(self, run: _Run, observation: Observation) -> bool:
+        """Whether the approach may begin. A base that does not turn on the spot stops first, and then makes
+        it again from where it is."""
+        if self._approaches is None or run.stood:
+            return True
+        run.approach, run.stood = None, observation.is_at_rest
+        run.approach_tried = (math.inf, math.inf)
+        return False
+
+    def _left(self, run: _Run, pose: PlanarPose) -> float:
+        """The distance in m of the base from the goal, if `point` is at a pose."""
+        base = pose @ self._point.inverse()
+        return math.hypot(run.goal.x - base.x, run.goal.y - base.y)
+
+    def _make_approach(self, run: _Run, observation: Observation) -> Approach | None:
+        """The controller for the last metres; None if there is no direct way, which a base that turns on the
+        spot always has."""
+        limits = ControllerLimits(
+            linear=min(GENTLE.linear, self.limits.linear),
+            angular=min(GENTLE.angular, self.limits.angular),
+            braking=min(GENTLE.braking, self.limits.acceleration),
+            turn_braking=min(GENTLE.turn_braking, self.limits.angular_acceleration),
+            distance=self._tolerance(run),
+        )
+        if self._approaches is None:
+            return GoToPose(run.goal, limits, run.any_heading)
+        pose, (x, y) = observation.pose, run.approach_tried
+        if math.hypot(pose.x - x, pose.y - y) < _TRIES_AGAIN:
+            return None
+        run.approach_tried, run.stood = (pose.x, pose.y), run.stood and observation.is_at_rest
+        reach = 2.0 * self._approaches.distance + self._footprint.outer
+        occupied, corner = self.grid.around(pose.x, pose.y, reach)
+        field = DistanceField.of(occupied, corner, self.grid.resolution, self._most)
+
+        def is_free(poses: NDArray[np.float64]) -> bool:
+            clearance = self._footprint.of(field, *poses.T)
+            return bool((clearance >= min(self._sampling.settings.margin, float(clearance[0]) - 1e-6)).all())
+
+        goal = run.goal @ self._point
+        return self._approaches.make(pose, goal, run.any_heading, limits, is_free)
+
+    def _approach(self, run: _Run, approach: Approach, observation: Observation) -> Twist:
+        """Drive directly to the goal and to its heading, and end."""
+        if run.final is None:
+            braking = min(GENTLE.braking, self.limits.acceleration)
+            run.final = ObstacleGuard(approach, self._outline, braking=braking, silence=self._pause)
             self._restart_progress(observation)
         wanted = run.final.update(observation)
-        if run.approach.is_done:
+        if approach.is_done:
             return self._end(GoalState.REACHED, "")
         blocked = run.final.blocked_since
         if blocked is not None and observation.time - blocked > self.settings.patience:
             return self._end(
-                GoalState.STUCK, f"an obstacle is in the way, {run.approach.remaining:.2f} m before the goal"
+                GoalState.STUCK, f"an obstacle is in the way, {approach.remaining:.2f} m before the goal"
             )
         return wanted
 
@@ -347,7 +415,10 @@ class LocalNavigator:
                 GoalState.STUCK, f"{what}: tried {run.attempts + 1} times, {left:.2f} m from the goal"
             )
         backwards = -0.15 * self.limits.linear, 0.0
-        turn = 0.0, math.copysign(0.25 * self.limits.angular, 1.0 if run.attempts % 4 < 2 else -1.0)
+        side = 1.0 if run.attempts % 4 < 2 else -1.0
+        turn = 0.0, side * 0.25 * self.limits.angular
+        if math.isfinite(self.limits.curvature):  # turn in reverse
+            turn = backwards[0], side * backwards[0] * self.limits.curvature
         run.recovery = backwards if run.attempts % 2 == 0 else turn
         run.attempts += 1
         run.recovering_until = observation.time + self.settings.back_up

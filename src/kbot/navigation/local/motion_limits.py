@@ -37,7 +37,11 @@ class MotionLimits:
     """The highest speeds (m/s, rad/s), the accelerations with which they change (m/s^2, rad/s^2), and the
     acceleration across the robot in a curve (m/s^2).
 
-    `drift` (s) times the acceleration across is the speed with which the base drifts out of a curve."""
+    `drift` (s) times the acceleration across is the speed with which the base drifts out of a curve.
+
+    `lateral` is the highest speed sideways, 0 for a base that cannot. `curvature` (1/m) is that of the
+    sharpest curve, infinite for a base that turns on the spot, and `steering_time` the seconds in which the
+    wheels steer from one limit to the other."""
 
     linear: float
     angular: float
@@ -45,6 +49,9 @@ class MotionLimits:
     angular_acceleration: float = _TURN_GRIP
     curve_acceleration: float = _CURVE_GRIP
     drift: float = 0.0
+    lateral: float = 0.0
+    curvature: float = math.inf
+    steering_time: float = 0.2
 
     def __post_init__(self) -> None:
         values = (

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages.sensing import LaserScan
+from kbot.navigation.footprint import Outline
 
 _HIT = 3
 """Evidence of a cell in which a beam ended. Three scans whose beams pass through it make it free again, so
@@ -70,6 +71,18 @@ class RollingGrid:
     def clear(self) -> None:
         """Forget everything."""
         self._evidence[:] = 0
+
+    def suspect(self, pose: PlanarPose, outline: Outline, reach: float) -> None:
+        """Occupy all cells within `reach` (m) of a pose except those of the outline there, until a beam
+        passes through them. A robot that does not see all around may have an obstacle behind it."""
+        (left, right), (low, high) = self._span(pose.x, 0, reach), self._span(pose.y, 1, reach)
+        x = (np.arange(left, right) + self._first[0] + 0.5) * self.resolution
+        y = (np.arange(low, high) + self._first[1] + 0.5) * self.resolution
+        local = np.stack(pose.local(*np.meshgrid(x, y)), axis=-1)
+        own = outline.holds(local.reshape(-1, 2)).reshape(local.shape[:2])
+        part = self._evidence[low:high, left:right]
+        near = np.hypot(local[..., 0], local[..., 1]) < reach
+        part[~own & (part == 0) & near] = 1
 
     def around(self, x: float, y: float, half: float) -> tuple[NDArray[np.bool_], tuple[float, float]]:
         """The occupied cells in a square of half the edge `half` (m) around a point, and its corner in m."""

@@ -77,14 +77,24 @@ class TrajectorySampling:
         self.limits, self.settings = limits, settings
         self._footprint = footprint
         self._random = np.random.default_rng(seed)
-        self._mean: Values = np.zeros((2, settings.time_steps), dtype=np.float32)
         self._blend = _interpolation(settings.knots, settings.time_steps)
-        self._low = np.array([-settings.reverse * limits.linear, -limits.angular], dtype=np.float32)
-        self._high = np.array([limits.linear, limits.angular], dtype=np.float32)
+        low, high, spread = self._ranges()
+        self._low, self._high = np.array(low, dtype=np.float32), np.array(high, dtype=np.float32)
+        self._spread = (self._high * spread).astype(np.float32)
+        self._mean: Values = np.zeros((len(low), settings.time_steps), dtype=np.float32)
         self._arcs = self._constant_arcs()
         self._nose = footprint.outer
         """m ahead of the base at which the cost-to-go is read, so that the heading counts as well."""
         self.is_blocked = False
+        self.lateral = 0.0
+        """m/s to the left that go with the speeds of the last update; 0 for a base that cannot."""
+
+    def _ranges(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+        """The lowest and highest values of what is sampled, and the standard deviations as shares of the
+        highest: of the forward speed and of the turn."""
+        limits, settings = self.limits, self.settings
+        low, high = (-settings.reverse * limits.linear, -limits.angular), (limits.linear, limits.angular)
+        return low, high, (settings.vx_std, settings.wz_std)
 
     def restart(self) -> None:
         """Forget the trajectory of the last tick, because the robot was stopped or driven otherwise."""
@@ -117,6 +127,12 @@ class TrajectorySampling:
             self.restart()
             return 0.0, 0.0
         self._mean = mean
+        return self._command(mean, twist, period, commanded)
+
+    def _command(
+        self, mean: Values, twist: PlanarTwist, period: float, commanded: tuple[float, float]
+    ) -> tuple[float, float]:
+        """The speeds to command for a trajectory."""
         # in steps that the tyres hold: wheels that slip measure a wrong distance
         change = period * np.array([self.limits.acceleration, self.limits.angular_acceleration])
         v, w = (commanded + np.clip(mean[:, 0] - commanded, -change, change)).tolist()
@@ -128,10 +144,14 @@ class TrajectorySampling:
     ) -> bool:
         """Whether the robot may hold a command for a second."""
         steps = max(1, round(1.0 / self.settings.model_dt))
-        held = np.array(command, dtype=np.float32)[:, None, None]
+        held = self._held(command)[:, None, None]
         x, y, yaw, _, _ = self._rollout(held.repeat(steps, axis=1), pose, twist)
         clearance = self._footprint.of(field, x, y, yaw)
         return bool((clearance >= self._least_clearance(pose, field)).all())
+
+    def _held(self, command: tuple[float, float]) -> Values:
+        """What is sampled, for a command of m/s and rad/s."""
+        return np.array(command, dtype=np.float32)
 
     def _advance(self, period: float) -> None:
         """Shift the last trajectory by the time that has passed."""
@@ -140,17 +160,18 @@ class TrajectorySampling:
             row[:] = np.interp(steps + period / self.settings.model_dt, steps, row)
 
     def _samples(self) -> Values:
-        """Speeds (2, steps, samples): the last trajectory, arcs, and random changes of the last
+        """Speeds (2 or 3, steps, samples): the last trajectory, arcs, and random changes of the last
         trajectory."""
         settings = self.settings
         arcs = self._arcs.shape[2]
         count = settings.batch_size - arcs - 1
-        drawn = self._random.standard_normal((2, settings.knots, count), dtype=np.float32)
-        drawn *= (self._high * (settings.vx_std, settings.wz_std)).astype(np.float32)[:, None, None]
+        rows = len(self._high)
+        drawn = self._random.standard_normal((rows, settings.knots, count), dtype=np.float32)
+        drawn *= self._spread[:, None, None]
         # two thirds stay near the last trajectory, to refine it: in a narrow gap, all others collide
         drawn[..., : count // 3] *= np.float32(0.1)
         drawn[..., count // 3 : 2 * count // 3] *= np.float32(0.3)
-        samples = np.empty((2, settings.time_steps, settings.batch_size), dtype=np.float32)
+        samples = np.empty((rows, settings.time_steps, settings.batch_size), dtype=np.float32)
         samples[..., 0] = self._mean
         samples[..., 1 : 1 + arcs] = self._arcs
         changed = samples[..., 1 + arcs :]
@@ -176,12 +197,12 @@ class TrajectorySampling:
         """Positions, headings and speeds (steps, samples) if the speeds follow the commands within the
         accelerations."""
         step, limits = np.float32(self.settings.model_dt), self.limits
-        v = _limited(commands[0], twist.x, float(step) * limits.acceleration)
+        v = limited(commands[0], twist.x, float(step) * limits.acceleration)
         before = np.concatenate([np.full_like(v[:1], twist.x), v[:-1]])
         fastest = limits.turn_at(before)
         turn = np.minimum(commands[1], fastest)
         np.maximum(turn, -fastest, out=turn)
-        w = _limited(turn, twist.yaw, float(step) * limits.angular_acceleration)
+        w = limited(turn, twist.yaw, float(step) * limits.angular_acceleration)
         turned = w.cumsum(axis=0)
         turned *= step
         turned += np.float32(pose.yaw)
@@ -248,7 +269,7 @@ class TrajectorySampling:
         return cost, collides
 
 
-def _limited(targets: Values, start: float, change: float) -> Values:
+def limited(targets: Values, start: float, change: float) -> Values:
     """Speeds (steps, samples) that follow the targets from `start` with at most `change` per step."""
     speeds, most = np.empty_like(targets), np.float32(change)
     lowest, highest = np.full_like(targets[0], start), np.empty_like(targets[0])
