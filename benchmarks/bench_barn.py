@@ -1,13 +1,16 @@
 """Goals without a map in the 200 worlds of the BARN challenge: success, contacts and the challenge's metric.
 
-    python benchmarks/bench_barn.py [--processes N] [WORLD ...]
+    python benchmarks/bench_barn.py [--robot jackal|kbot] [--processes N] [--paths FILE] [WORLD ...]
 
 The challenge's Jackal starts at (-2.25, 3) and drives to a goal 10 m ahead, with its own lidar, wheel
 odometry and IMU, at up to 2 m/s and 4 rad/s. It arrives within 1 m of the goal, as in the challenge. A world
 succeeds if the robot arrives within 100 s and touches nothing. The metric of a world is the optimal time (the
 published shortest path at 2 m/s) divided by the time, which counts as at least twice and at most eight times
 the optimal time. It is 0 without success, and at most 0.5. The worlds and the robot are in the folder that
-KBOT_SHARED names.
+KBOT_SHARED names. With `--robot kbot`, the KBot robot with its lidar drives, at up to its 1 m/s.
+
+The time of a control tick is processor time: the pose estimate, the grid, the cost-to-go and the samples.
+`--paths` writes the paths that the robot drove, which docs/barn_pictures.py draws.
 """
 
 from __future__ import annotations
@@ -20,6 +23,9 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
 
 from kbot.learn.barn_worlds import (
     ARRIVE,
@@ -32,13 +38,17 @@ from kbot.learn.barn_worlds import (
     metric,
     read_barn_worlds,
 )
+from kbot.model import RobotModel
 from kbot.model.load import load_robot
-from kbot.navigation.without_map import go_to_without_map
+from kbot.navigation import without_map
+from kbot.navigation.without_map import LocalPilot
 from kbot.sim import Simulation
 from kbot.xacro import Packages
 
 BARN = Path(os.environ.get("KBOT_SHARED", "shared")) / "barn"
 WORST = 10
+TICK = 5
+"""ms. The target for the time of a control tick on one core."""
 SUCCESS, METRIC = 0.98, 0.45
 """The targets for all worlds. Exit status 1 if one is missed, or if the robot touches anything."""
 
@@ -55,6 +65,8 @@ class Score:
     optimal: float
     error: float
     processor: float
+    ticks: tuple[float, ...]
+    path: tuple[tuple[float, float], ...]
 
     @property
     def is_success(self) -> bool:
@@ -65,12 +77,38 @@ class Score:
         return metric(self.optimal, self.seconds if self.is_success else None)
 
 
-def drive(barn: BarnWorld) -> Score:
+def load(robot: str) -> RobotModel:
+    if robot == "kbot":
+        return load_robot("kbot", {"lidar": "true"}).require()
     file, package = barn_robot(BARN)
-    robot = load_robot(file, packages=Packages((package,))).require()
+    return load_robot(file, packages=Packages((package,))).require()
+
+
+class TimedPilot(LocalPilot):
+    """Measures the processor time of each control tick in s."""
+
+    ticks: ClassVar[list[float]] = []
+
+    def tick(self) -> None:
+        begun = time.process_time()
+        super().tick()
+        self.ticks.append(time.process_time() - begun)
+
+
+def drive(barn: BarnWorld, robot: str) -> Score:
+    model = load(robot)
     begun = time.process_time()
-    simulation = Simulation(robot, barn.world, start=START)
-    trip = go_to_without_map(
+    simulation = Simulation(model, barn.world, start=START)
+    path: list[tuple[float, float]] = []
+
+    def trace() -> None:
+        pose = simulation.ground_truth.pose
+        path.append((round(pose.x, 3), round(pose.y, 3)))
+
+    simulation.clock.every(10.0, trace)
+    without_map.LocalPilot = TimedPilot  # type: ignore[misc]
+    TimedPilot.ticks.clear()
+    trip = without_map.go_to_without_map(
         simulation, GOAL, any_heading=True, arrive=ARRIVE, max_speed=MAX_SPEED, timeout=TIME_LIMIT
     )
     took = time.process_time() - begun
@@ -84,12 +122,16 @@ def drive(barn: BarnWorld) -> Score:
         barn.optimal_time,
         trip.odometry_error,
         took,
+        tuple(TimedPilot.ticks),
+        tuple(path),
     )
 
 
 def main() -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("--robot", choices=("jackal", "kbot"), default="jackal")
+    parser.add_argument("--paths", type=Path)
     parser.add_argument("worlds", nargs="*")
     options = parser.parse_args()
     file = BARN / "worlds.json"
@@ -101,10 +143,10 @@ def main() -> int:
     if unknown := [name for name in names if name not in worlds]:
         parser.error(f"there are no worlds {', '.join(unknown)}")
     with ProcessPoolExecutor(options.processes) as pool:
-        running = [pool.submit(drive, worlds[name]) for name in names]
+        running = [pool.submit(drive, worlds[name], options.robot) for name in names]
         scores = []
-        for score in running:
-            scores.append(score.result())
+        for future in running:
+            scores.append(future.result())
             print(line(scores[-1]), file=sys.stderr, flush=True)
     successes = sum(score.is_success for score in scores)
     share, contacts = successes / len(scores), sum(score.collided for score in scores)
@@ -114,10 +156,15 @@ def main() -> int:
     print(f"contacts         {contacts}  (target: 0)")
     print(f"mean metric      {metric:.3f}  (target: {METRIC}; at most 0.5)")
     print(f"pose estimate    {statistics.median(s.error for s in scores):.3f} m off, median")
+    ticks = np.array([tick for score in scores for tick in score.ticks]) * 1e3
+    median, high = np.percentile(ticks, [50, 99])
+    print(f"control tick     {median:.1f} ms, median; {high:.1f} ms, 99th percentile  (target: {TICK})")
     print(f"processor time   {sum(score.processor for score in scores):.0f} s")
     print("the worst worlds: metric, time of optimal time, processor time")
     for score in sorted(scores, key=lambda score: (score.metric, -(score.seconds or 0.0)))[:WORST]:
         print(line(score))
+    if options.paths is not None:
+        options.paths.write_text(json.dumps({score.world: [score.metric, score.path] for score in scores}))
     return 0 if share >= SUCCESS and metric >= METRIC and not contacts else 1
 
 

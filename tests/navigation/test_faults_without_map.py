@@ -251,3 +251,19 @@ def test_with_a_map_a_robot_that_is_carried_away_still_arrives(robot):
     trip = go_to(simulation, GOAL)
     assert trip.reached, trip.status
     assert not trip.collided
+
+
+def test_a_box_that_crosses_the_way_is_not_touched(robot):
+    simulation = Simulation(robot, _hall())
+    simulation.models.spawn_thing("box", "box", 2.5, -0.2, size=(0.3, 0.3, 0.4))
+
+    def move():
+        y = -0.2 + 0.8 * abs(math.remainder(simulation.time - 1.0, 4.0)) - 0.8
+        pose = Transform.from_xyz_rpy((2.5, y, 0.001), (0.0, 0.0, 0.0))
+        simulation.models.set_model_state("box", pose, (0.0, 0.8, 0.0))
+
+    simulation.clock.every(50.0, move)
+    status, collided = _drive(simulation)
+    assert status.state is GoalState.REACHED
+    assert not collided
+    assert _off(simulation) < 0.2

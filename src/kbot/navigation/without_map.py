@@ -36,6 +36,8 @@ from kbot.text import KbotError
 
 _ALL_AROUND = math.radians(350.0)
 DEFAULT_SETTINGS = LocalSettings()
+_AROUND_MOVING = 0.15
+"""m around obstacles that move, in which points do not show how the robot moves."""
 _ODOMETRY_SILENCE = 0.1
 """s: the time of five messages."""
 
@@ -210,11 +212,19 @@ class LocalPilot:
         """Correct the estimate by a new scan; None if nothing is near enough to match it."""
         assert lidar.points is not None
         predicted = self.estimate.by_scans_at(lidar.stamp)
-        match = lidar.matcher.match(lidar.points, predicted, self.estimate.has_gyro)
+        points = self._at_rest(lidar.points, self.estimate.at(lidar.stamp))
+        match = lidar.matcher.match(points, predicted, self.estimate.has_gyro)
         if match is not None and match.is_good:
             self.estimate.add_match(lidar.stamp, match.pose)
-            lidar.matcher.renew(lidar.points, match)
+            lidar.matcher.renew(points, match)
         return match
+
+    def _at_rest(self, points: NDArray[np.float64], base: PlanarPose) -> NDArray[np.float64]:
+        """The points (n, 2) in the base's frame that are not on obstacles that move."""
+        for obstacle in self._navigator.moving:
+            x, y = base.local(obstacle.x, obstacle.y)
+            points = points[np.hypot(points[:, 0] - x, points[:, 1] - y) > obstacle.radius + _AROUND_MOVING]
+        return points
 
     def _turn(self, message: Imu) -> None:
         spin = message.angular_velocity

@@ -26,7 +26,7 @@ class FootprintClearance:
 
     `middle` is the middle of a circle inside the outline with the radius `inner` in m, and `outer` is the
     radius of the smallest circle about the same middle around the outline. Only poses between the two need
-    the points of the outline."""
+    the points of the outline. `box` is the lower and the upper corner in m of the box around it."""
 
     def __init__(self, outline: Outline, spacing: float) -> None:
         """`spacing`: the largest distance in m between two points at which the outline is checked."""
@@ -39,6 +39,7 @@ class FootprintClearance:
             normals, offsets = edges(outline.corners)
             self.inner = float((offsets - self.middle @ normals).min())
         self._points = points
+        self.box = points.min(axis=0), points.max(axis=0)
         self.outer = float(np.hypot(*(points - self.middle).T).max())
         # a thin post inside of a long robot may be far from its sides
         self._circles = _circles_inside(outline, points)[1:] if self.outer > _LONG * self.inner else []

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from kbot.navigation.local.cost_to_go import CostToGo, Sweeping, costs, halved, 
 from kbot.navigation.local.distance_field import DistanceField
 from kbot.navigation.local.footprint_clearance import FootprintClearance
 from kbot.navigation.local.motion_limits import MotionLimits
+from kbot.navigation.local.moving_obstacles import MovingObstacle, MovingObstacles
 from kbot.navigation.local.other_bases import sampling_for
 from kbot.navigation.local.rolling_grid import RollingGrid, SensorPlace
 from kbot.navigation.local.trajectory_sampling import SamplingSettings
@@ -67,6 +68,7 @@ class LocalSettings:
     lost      seconds after which scans that do not fit the surroundings end the goal
     slack     how many times the straight line's time at full speed a goal may take
     grace     seconds more than that
+    sampling  of the controller; its margin is at least `margin` and half a cell
     """
 
     rate: float = 20.0
@@ -81,6 +83,7 @@ class LocalSettings:
     lost: float = 0.3
     slack: float = 8.0
     grace: float = 60.0
+    sampling: SamplingSettings = field(default_factory=SamplingSettings)
 
 
 @dataclass
@@ -141,13 +144,14 @@ class LocalNavigator:
         # a cell counts from its middle, but a beam may have ended anywhere in it
         margin = settings.margin + 0.5 * resolution
         self._radius = self._footprint.inner + margin
-        sampling = SamplingSettings(margin=margin)
+        self.sampling = sampling = replace(settings.sampling, margin=max(margin, settings.sampling.margin))
         self._sampling = sampling_for(self._footprint, limits, sampling, seed)
         self._most = self._footprint.outer + sampling.margin + sampling.room
         self._reach = limits.linear * sampling.time_steps * sampling.model_dt + self._footprint.outer
         self._pause = max(0.2, 2.5 / lidar_rate)
         self._sweeping: Sweeping | None = None
         self._cost_to_go: CostToGo | None = None
+        self._moving: dict[str, MovingObstacles] = {}
         self._commanded = STILL
         self._track: deque[tuple[float, float, float]] = deque()
         self._run: _Run | None = None
@@ -168,6 +172,7 @@ class LocalNavigator:
             raise KbotError(f"the arrival radius must be a finite number of metres above 0, not {arrive}")
         if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
             raise KbotError(f"a timeout must be a finite number of seconds above 0, not {timeout}")
+        self._moving.clear()
         self._run = _Run(goal, any_heading, arrive, timeout)
         self._sweeping = self._cost_to_go = None
         self._sampling.restart()
@@ -216,7 +221,13 @@ class LocalNavigator:
         self.grid.center_on(pose.x, pose.y)
         for scan, place in scans:
             self.grid.add(scan, place)
+            self._moving.setdefault(scan.header.frame_id, MovingObstacles()).add(scan, place)
         return self._wanted(run, observation)
+
+    @property
+    def moving(self) -> list[MovingObstacle]:
+        """The obstacles that move, in the frame of the pose estimate. None are known without a goal."""
+        return [obstacle for lidar in self._moving.values() for obstacle in lidar.obstacles]
 
     def _begin(self, run: _Run, observation: Observation) -> None:
         run.begun = observation.time
@@ -268,7 +279,8 @@ class LocalNavigator:
         if time < run.recovering_until:
             return self._hold(run, observation, field)
         last = self._commanded.linear.x, self._commanded.angular.z
-        v, w = self._sampling.update(pose, observation.twist, field, cost_to_go, 1.0 / settings.rate, last)
+        period = 1.0 / settings.rate
+        v, w = self._sampling.update(pose, observation.twist, field, cost_to_go, period, last, self.moving)
         if self._is_stalled(observation):
             return self._recover(run, observation)
         if self.status is not None and self.status.state is GoalState.ACCEPTED:

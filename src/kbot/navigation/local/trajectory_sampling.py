@@ -10,6 +10,7 @@ arcs. Its arcs are among the samples here, so that a bad average of the last tic
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -21,6 +22,7 @@ from kbot.navigation.local.cost_to_go import CostToGo
 from kbot.navigation.local.distance_field import DistanceField
 from kbot.navigation.local.footprint_clearance import FootprintClearance
 from kbot.navigation.local.motion_limits import MotionLimits
+from kbot.navigation.local.moving_obstacles import MovingObstacle
 
 Values = NDArray[np.float32]
 """Samples are arrays (steps, samples) of short floating-point numbers: numpy is fastest on long rows and half
@@ -28,6 +30,13 @@ the bytes. The rounding of 1e-7 is far below a cell."""
 
 _COLLISION = 100.0
 """Cost in m of a sample that touches an obstacle. It is above every other cost."""
+
+
+_MOVING_COLLISION = 20.0
+"""Cost in m of a sample that a moving obstacle hits at once while the robot stands, and twice as much at full
+speed. It is above the cost of any way round."""
+_MOVING_MARGIN, _MOVING_ROOM = 0.08, 0.4
+"""m between the outline and a moving obstacle: less is a hit, and more than the sum costs nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +97,7 @@ class TrajectorySampling:
         self.is_blocked = False
         self.lateral = 0.0
         """m/s to the left that go with the speeds of the last update; 0 for a base that cannot."""
+        self._moving: Sequence[MovingObstacle] = ()
 
     def _ranges(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
         """The lowest and highest values of what is sampled, and the standard deviations as shares of the
@@ -108,8 +118,10 @@ class TrajectorySampling:
         cost_to_go: CostToGo,
         period: float,
         commanded: tuple[float, float] = (0.0, 0.0),
+        moving: Sequence[MovingObstacle] = (),
     ) -> tuple[float, float]:
         """The speeds (m/s, rad/s) to command for the next `period` in s, after those last `commanded`."""
+        self._moving = moving
         self._advance(period)
         commands = self._samples()
         least = self._least_clearance(pose, field)
@@ -263,10 +275,35 @@ class TrajectorySampling:
         at_x = np.concatenate([x[half], x[-1], x[-1] + nose * np.cos(yaw[-1])])
         at_y = np.concatenate([y[half], y[-1], y[-1] + nose * np.sin(yaw[-1])])
         cost += 0.5 * cost_to_go.at(at_x, at_y).reshape(3, -1).sum(axis=0)
+        for obstacle in self._moving:
+            cost += self._cost_of(obstacle, x, y, yaw, v)
         if collides.any():
             first = hits.argmax(axis=0) / steps
             cost += np.where(collides, _COLLISION * (2.0 - first), 0.0)
         return cost, collides
+
+    def _cost_of(self, obstacle: MovingObstacle, x: Values, y: Values, yaw: Values, v: Values) -> Values:
+        """The cost in m of coming near to an obstacle that keeps its velocity: the earlier and the faster,
+        the more. It does not exclude a sample, because a robot that cannot evade an obstacle should still
+        slow down."""
+        steps = len(x)
+        times = (np.arange(1, steps + 1, dtype=np.float32) * np.float32(self.settings.model_dt))[:, None]
+        east = np.float32(obstacle.x) + np.float32(obstacle.vx) * times - x
+        north = np.float32(obstacle.y) + np.float32(obstacle.vy) * times - y
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        low, high = (corner.astype(np.float32) for corner in self._footprint.box)
+        middle, half = (low + high) / 2, (high - low) / 2
+        ahead = np.abs(cos * east + sin * north - middle[0]) - half[0]
+        aside = np.abs(cos * north - sin * east - middle[1]) - half[1]
+        gap = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0)) - np.float32(obstacle.radius)
+        hits = gap < _MOVING_MARGIN
+        near = np.clip(1.0 - (gap - _MOVING_MARGIN) / _MOVING_ROOM, 0.0, 1.0)
+        cost: Values = (near * near).mean(axis=0)
+        if hits.any():
+            first = hits.argmax(axis=0)
+            speed = np.abs(v[first, np.arange(v.shape[1])]) / self.limits.linear
+            cost += hits.any(axis=0) * _MOVING_COLLISION * (1.0 - first / steps) * (1.0 + speed)
+        return cost.astype(np.float32)
 
 
 def limited(targets: Values, start: float, change: float) -> Values:
