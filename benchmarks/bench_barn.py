@@ -16,6 +16,7 @@ The time of a control tick is processor time: the pose estimate, the grid, the c
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import statistics
 import sys
