@@ -229,6 +229,7 @@ class _Report:
             '<th scope="col" colspan="2">Share</th><th scope="col">Trend</th>'
         )
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+        table = f'<div class="table">{table}</div>'
         drawn = "".join(figures[:MOST_EFFECTS]) + _omitted(len(figures), MOST_EFFECTS, "charts")
         return _panel(
             "Sensitivity", f'<p class="quiet">{escaped(note)}</p>{table}<div class="charts">{drawn}</div>'
