@@ -13,8 +13,10 @@ import shutil
 import socket
 import sys
 import tempfile
+import threading
+import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -43,6 +45,10 @@ WAIT_SECONDS = 1.0
 """Time after which Ctrl-C and a lost cluster are noticed."""
 PATIENCE_SECONDS = 30.0
 """Time without any processor in the cluster after which a note says so."""
+LOOK_SECONDS = 5.0
+"""Time between two looks at the size of the cluster."""
+LOST_LOOKS = 3
+"""How often in a row the head does not answer until it is lost."""
 CONNECT_SECONDS = 10.0
 """Time in which a cluster must answer."""
 _STORE_BYTES = 80_000_000
@@ -105,25 +111,32 @@ class RayCluster:
         self._running: dict[ObjectRef[Any], tuple[int, LimitedTask]] = {}
         self._attempts: dict[int, int] = {}
         self._opened = ExitStack()
+        self._head = ""
+        """The address of the head, unless Ray reports its loss."""
+        self._looked, self._lost_looks = 0.0, 0
+        self._processors = 0
+        self._ended = threading.Event()
         self._ray: ModuleType
         self._remote: Any = None
 
     @property
     def capacity(self) -> int:
-        return AHEAD * max(1, self._processors())
+        return AHEAD * max(1, self._processors)
 
     def submit(self, run: int, task: Task) -> None:
         item = (task, self._limit or task.limit)
         call = _Call(item, str(Path.cwd()), self._address == LOCAL, self._versions)
-        self._running[self._remote.remote(call)] = (run, item)
+        with _connected():
+            self._running[self._remote.remote(call)] = (run, item)
 
     def wait(self) -> Finished:
         waited = 0.0
         while True:
+            self._require_head()
             ready = self._ready()
             if ready is None:
                 waited += WAIT_SECONDS
-                if waited >= PATIENCE_SECONDS and not self._processors():
+                if waited >= PATIENCE_SECONDS and not self._processors:
                     note("the cluster has no processors at present. Waiting for one")
                 continue
             run, item = self._running.pop(ready)
@@ -156,6 +169,11 @@ class RayCluster:
             self._opened.close()
             raise KbotError(_why(error, self._address)) from None
         self._opened.callback(ray.shutdown)
+        if not self._address.startswith("ray://"):  # for these, Ray reports it
+            self._head = ray.get_runtime_context().gcs_address
+        self._processors = int(ray.cluster_resources().get("CPU", 0))
+        threading.Thread(target=self._watch_processors, daemon=True).start()
+        self._opened.callback(self._ended.set)
         self._remote = ray.remote(_run).options(num_cpus=1, max_retries=-1)
         return self
 
@@ -165,15 +183,30 @@ class RayCluster:
         self._running.clear()
         self._opened.close()
 
-    def _processors(self) -> int:
-        return int(self._ray.cluster_resources().get("CPU", 0))
+    def _watch_processors(self) -> None:
+        """Keep the number of processors up to date. Ray answers only while the head of the cluster does."""
+        while not self._ended.wait(LOOK_SECONDS):
+            with suppress(Exception):  # reported by the thread that waits for results
+                self._processors = int(self._ray.cluster_resources().get("CPU", 0))
+
+    def _require_head(self) -> None:
+        """Raises KbotError: the head of the cluster is lost. Ray would end this process after a minute."""
+        now = time.monotonic()
+        if not self._head or now - self._looked < WAIT_SECONDS:
+            return
+        self._looked = now
+        try:
+            _require_answer(self._head)
+            self._lost_looks = 0
+        except OSError as error:
+            self._lost_looks += 1
+            if self._lost_looks == LOST_LOOKS:
+                raise KbotError(_lost(error)) from None
 
     def _ready(self) -> ObjectRef[Any] | None:
         """A result that is ready. None after a while without one."""
-        try:
+        with _connected():
             ready, _ = self._ray.wait(list(self._running), num_returns=1, timeout=WAIT_SECONDS)
-        except (ConnectionError, self._ray.exceptions.RayError) as error:
-            raise KbotError(_lost(error)) from None
         return ready[0] if ready else None
 
     def _outcome(self, ready: ObjectRef[Any], run: int, item: LimitedTask) -> Outcome[TrialResult] | None:
@@ -183,14 +216,14 @@ class RayCluster:
             outcome: Outcome[TrialResult] = self._ray.get(ready)
         except errors.RayTaskError as error:
             raise KbotError(f"a machine of the cluster cannot run KBot: {_last_line(error)}") from None
-        except ConnectionError as error:
-            raise KbotError(_lost(error)) from None
         except errors.RayError as error:  # the machine or the process was lost
             self._attempts[run] = self._attempts.get(run, 0) + 1
             if self._attempts[run] >= ATTEMPTS:
                 raise KbotError(_lost(error)) from None
             self.submit(run, item[0])
             return None
+        except Exception as error:  # noqa: BLE001 - as in `_connected`
+            raise KbotError(_lost(error)) from None
         if isinstance(outcome.error, _WrongMachine):
             raise outcome.error
         return outcome
@@ -320,9 +353,19 @@ def _why(error: Exception, address: str) -> str:
     return f"cannot use a Ray cluster {where}: {text or type(error).__name__}"
 
 
+@contextmanager
+def _connected() -> Iterator[None]:
+    """Report the loss of the connection to a cluster. Raises KbotError: it is lost."""
+    try:
+        yield
+    except Exception as error:  # noqa: BLE001 - Ray raises many kinds
+        raise KbotError(_lost(error)) from None
+
+
 def _lost(error: Exception) -> str:
+    why = (error.strerror if isinstance(error, OSError) else None) or _last_line(error)
     return (
-        f"the connection to the cluster was lost: {_last_line(error)}. Finished runs are kept. "
+        f"the connection to the cluster was lost: {why}. Finished runs are kept. "
         "Run the same command again to continue"
     )
 
