@@ -67,8 +67,9 @@ def command(
     LOG is a CSV file or a recording (MCAP, ROS 1 bag, rosbag2). FILE describes the robot. name:=value sets a
     xacro argument of FILE or, if FILE has no argument of that name, a top-level property.
 
-    The estimates are the radii of the left and right wheel, the wheel separation, and the pose of the sensor
-    in the frame at the middle of the axle, each with its 95 % interval. What the log cannot show is listed.
+    The estimates are the radii of the left and right wheel, the wheel separation, the pose of the sensor in
+    the frame at the middle of the axle, the scales of encoders and gyro, and the delay and time constant with
+    which the wheels follow commands. Each has its 95 % interval. What the log cannot show is listed.
 
     Exit status: 0 the log shows at least one parameter; 1 it shows none; 2 unusable input.
     """

@@ -24,6 +24,8 @@ COLUMNS = ("duration", "time", *WHEELS, *DISPLACEMENT, *POSE, *COMMANDS, GYRO)
 
 LONGEST_GAP = 60.0
 """Time in s from which a gap may be a jump of the clock, such as from simulated time to wall-clock time."""
+_LARGEST, _LATEST = 1e6, 1e12
+"""Largest number in SI units, and largest time in s: times since 1970 are about 2e9 s."""
 _FEW = 100.0
 """A gap is a jump if it is also this many times as long as the median interval."""
 
@@ -131,6 +133,11 @@ class _Reader:
                     number,
                     _column(line, index),
                     f"{name} is {text}. Leave the cell empty if the value is absent",
+                )
+            largest = _LATEST if name == "time" else _LARGEST
+            if abs(value) > largest:
+                self._fail(
+                    number, _column(line, index), f"{name} is {text}: more than {largest:g} is an error"
                 )
             if name == "duration" and value <= 0.0:
                 self._fail(number, _column(line, index), f"the duration must be above 0 s, not {text}")

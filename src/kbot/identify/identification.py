@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.identify.dynamic import DELAY, ENCODER, GYRO, TIME_CONSTANT, gyro_scale, response
 from kbot.identify.kinematic import KinematicFit, fit
-from kbot.identify.log import Array, DriveLog, motions_of
+from kbot.identify.log import Array, DriveLog, Motions, motions_of
 from kbot.identify.nominal import Nominal
 from kbot.identify.odometry_model import CURVATURE, LEFT, RIGHT, YAW, residuals
 from kbot.identify.result import KINEMATIC, Estimate, Identification, Residual
@@ -30,6 +31,13 @@ _NEEDED = {
     "sensor_y": "needs turns",
     "sensor_yaw": "needs drives along a line, with a reference of translation",
 }
+_DYNAMIC: dict[str, tuple[str, float | None, str]] = {
+    ENCODER: ("1", 1.0, "needs commands (cmd_v, cmd_w)"),
+    GYRO: ("1", 1.0, "needs a gyro (imu_wz), turns, and a reference of rotation"),
+    DELAY: ("s", None, "needs commands (cmd_v, cmd_w) that change"),
+    TIME_CONSTANT: ("s", None, "needs commands (cmd_v, cmd_w) that change"),
+}
+"""Unit, value without an error, and what a log needs."""
 
 
 def identify(log: DriveLog, nominal: Nominal) -> Identification:
@@ -61,6 +69,7 @@ def identify(log: DriveLog, nominal: Nominal) -> Identification:
             estimates[name] = Estimate(*numbers, UNITS[name], nominal.values[name])
         else:
             unobservable[name] = _NEEDED[name]
+    _add_dynamic(log, nominal, motions, found, estimates, unobservable)
     kept = motions.only(~found.is_outlier)
     translation, rotation = _root_mean_square(found.errors[~found.is_outlier])
     before = _root_mean_square(residuals(nominal.start, kept))
@@ -68,6 +77,27 @@ def identify(log: DriveLog, nominal: Nominal) -> Identification:
         before = (None, before[1])  # the errors of an unknown sensor mean nothing
     residual = Residual(len(kept), int(found.is_outlier.sum()), translation, rotation, *before)
     return Identification(estimates, unobservable, residual, found.is_outlier)
+
+
+def _add_dynamic(
+    log: DriveLog,
+    nominal: Nominal,
+    motions: Motions,
+    found: KinematicFit,
+    estimates: dict[str, Estimate],
+    unobservable: dict[str, str],
+) -> None:
+    """Add how the wheels follow commands, and the scale of the gyro."""
+    shown = response(log, nominal)
+    scale = gyro_scale(log, motions, found.is_outlier)
+    if scale is not None and scale.high - scale.low < 2.0 * _WIDEST:
+        shown[GYRO] = scale
+    for name, (unit, usual, needed) in _DYNAMIC.items():
+        if name in shown:
+            each = shown[name]
+            estimates[name] = Estimate(each.value, each.low, each.high, unit, usual)
+        else:
+            unobservable[name] = needed
 
 
 def _with_separation(start: Array, separation: float) -> Array:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kbot.identify.log import Array
+from kbot.kinematics.drive.declared import declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar_pose import PlanarPose
@@ -41,6 +42,17 @@ class Nominal:
     def with_sensor(self, link: str) -> Nominal:
         """The robot with another link as the sensor."""
         return replace(self, sensor_link=link, axle_from_sensor=_pose_on_axle(self.loaded, self.drive, link))
+
+    @property
+    def declared_sizes(self) -> tuple[float, float]:
+        """The wheel radius and separation in m with which the drive's plugin or controller computes."""
+        controller = drive_controller(declared_drives(self.loaded.require()))
+        radius = controller.radius if controller is not None else None
+        separation = controller.separation if controller is not None else None
+        return (
+            radius.value if radius is not None else self.drive.radius,
+            separation.value if separation is not None else self.drive.separation,
+        )
 
     @property
     def values(self) -> Mapping[str, float | None]:

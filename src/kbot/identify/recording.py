@@ -6,6 +6,7 @@ from `map` of a localisation, the poses of a localisation or of motion capture, 
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +23,7 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.record.entry import RecordedMessage
 from kbot.record.reader import Recording
+from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
@@ -162,6 +164,8 @@ def _read(path: str, nominal: Nominal, reference: str | None) -> _Contents:
             twist = getattr(message, "twist", message)
             series = found.commands.setdefault(entry.topic, _Series())
             series.add(entry.nanoseconds * 1e-9, float(twist.linear.x), float(twist.angular.z))
+        elif entry.topic == COMMANDS_TOPIC:
+            _add_command(found, entry)
         elif kind == IMU:
             message = entry.message()
             turn = message.angular_velocity
@@ -169,6 +173,14 @@ def _read(path: str, nominal: Nominal, reference: str | None) -> _Contents:
             series = found.gyros.setdefault(entry.topic, _Series())
             series.add(_time(message, entry), float(turn.x), float(turn.y), float(turn.z))
     return found
+
+
+def _add_command(found: _Contents, entry: RecordedMessage) -> None:
+    """Add a command that a simulation of KBot received without a topic."""
+    note = json.loads(entry.message().data)
+    if isinstance(note, dict) and note.get("do") == "twist":
+        series = found.commands.setdefault(entry.topic, _Series())
+        series.add(entry.nanoseconds * 1e-9, float(note["linear"]), float(note["angular"]))
 
 
 def _time(message: Any, entry: RecordedMessage) -> float:  # noqa: ANN401 - a message of ROS

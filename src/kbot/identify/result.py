@@ -17,8 +17,6 @@ KINEMATIC = (
     "sensor_y",
     "sensor_yaw",
 )
-NAMES = KINEMATIC
-
 _MOST_DECIMALS = 6
 
 NO_RESULT: dict[str, Any] = {"schema": 1, "parameters": {}, "unobservable": [], "residual": {}}

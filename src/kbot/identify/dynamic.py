@@ -1,0 +1,208 @@
+"""Estimates how the wheels follow commands, and the scale of the gyro.
+
+The wheels follow commanded speeds u with a scale K, a delay d and a time constant T:
+T dy/dt + y = K u(t - d). The drive's controller in the description computes u from a twist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from kbot.identify.intervals import half_widths
+from kbot.identify.log import Array, DriveLog, Motions
+from kbot.identify.nominal import Nominal
+
+ENCODER, GYRO, DELAY, TIME_CONSTANT = "encoder_scale", "gyro_scale", "delay", "motor_time_constant"
+_LONGEST_DELAY, _LONGEST_TIME_CONSTANT = 2.0, 3.0
+_SHORTEST = 1e-3
+"""Shortest time constant in s: a shorter one is not distinguished from none."""
+_DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.5)
+_TIME_CONSTANTS = (0.005, 0.03, 0.1, 0.25, 0.6, 1.5)
+"""Where the search starts: at the best of these."""
+_FEWEST = 20
+"""Intervals with commands and wheel speeds."""
+_FEWEST_CHANGES = 3
+"""Changes of the command, without which neither a delay nor a time constant is seen."""
+_OUTLIER = 5.0
+"""Error of an interval that is left out, in robust standard deviations: a wheel that is blocked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    value: float
+    low: float
+    high: float
+
+
+def gyro_scale(log: DriveLog, motions: Motions, is_outlier: NDArray[np.bool_]) -> Interval | None:
+    """The measured turn of the gyro divided by that of the reference, with a constant bias of the gyro.
+
+    Both turns have noise, so that a regression of one on the other would be biased. The turn that the wheels
+    show is their instrument: it is correlated with both, and not with their noise (P. Wright, The Tariff on
+    Animal and Vegetable Oils, 1928, appendix B).
+
+    None if the log does not show it.
+    """
+    durations = np.nan_to_num(log.durations)
+    turned = _sums(log.gyro * durations, motions)
+    wheels = _sums(motions.wheel_angles[:, 1] - motions.wheel_angles[:, 0], motions)
+    lasted = _sums(durations, motions)
+    turns = motions.displacements[:, 2]
+    used = np.isfinite(turned) & np.isfinite(turns) & ~is_outlier
+    if used.sum() < _FEWEST:
+        return None
+    instruments = np.column_stack([wheels, lasted])[used]
+    columns = np.column_stack([turns, lasted])[used]
+    measured = turned[used]
+    for _ in range(2):  # once more, without the outliers of the gyro
+        cross = instruments.T @ columns
+        if np.linalg.cond(cross) > 1e12:
+            return None
+        found = np.linalg.solve(cross, instruments.T @ measured)
+        errors = measured - columns @ found
+        spread = 1.4826 * float(np.median(np.abs(errors))) + 1e-12
+        kept = np.abs(errors) < _OUTLIER * spread
+        if kept.all():
+            break
+        instruments, columns, measured = instruments[kept], columns[kept], measured[kept]
+    errors = measured - columns @ found
+    projected = instruments @ np.linalg.lstsq(instruments, columns, rcond=None)[0]
+    half = float(half_widths(projected, errors, np.array([[1.0, 0.0]]), 1)[0])
+    return Interval(float(found[0]), float(found[0]) - half, float(found[0]) + half)
+
+
+def _sums(values: Array, motions: Motions) -> Array:
+    """The sum of the values of the intervals of each displacement. NaN if one is absent."""
+    sums = np.concatenate([[0.0], np.cumsum(np.nan_to_num(values))])
+    absent = np.concatenate([[0], np.cumsum(~np.isfinite(values))])
+    found: Array = np.where(
+        absent[motions.stop] == absent[motions.start], sums[motions.stop] - sums[motions.start], np.nan
+    )
+    return found
+
+
+def response(log: DriveLog, nominal: Nominal) -> dict[str, Interval]:
+    """How the wheels follow the commands: the scale, delay and time constant, if the log shows them."""
+    durations = np.nan_to_num(log.durations)
+    ends = np.cumsum(durations)
+    starts = ends - durations
+    commanded = _wheel_commands(log, nominal)
+    used = np.isfinite(commanded).all(axis=1) & np.isfinite(log.wheel_speeds).all(axis=1) & (ends > starts)
+    if used.sum() < _FEWEST:
+        return {}
+    model = _Response(starts, np.nan_to_num(commanded), starts[used], ends[used])
+    measured = log.wheel_speeds[used]
+    if not np.abs(commanded[used]).max() > 0.0:
+        return {}
+    grid = [(delay, constant) for delay in _DELAYS for constant in _TIME_CONSTANTS]
+    best = min(grid, key=lambda pair: _misfit(model.unit(*pair), measured))
+    unit = model.unit(*best)
+    scale = float((unit * measured).sum() / max((unit * unit).sum(), 1e-12))
+    start = np.array([scale, *best])
+    kept = np.ones(len(measured), dtype=bool)
+    for _ in range(2):
+        start = _fitted(model, measured, kept, start)
+        errors = np.abs(measured - start[0] * model.unit(start[1], start[2])).max(axis=1)
+        spread = 1.4826 * float(np.median(errors)) + 1e-9
+        # the response differs from the model most where the command changes: only gross errors are left out
+        kept = errors < np.maximum(_OUTLIER * spread, 0.3 * np.abs(measured).max())
+    start = _fitted(model, measured, kept, start)
+    return _shown(model, measured, kept, start, float(np.median(durations[used])))
+
+
+def _wheel_commands(log: DriveLog, nominal: Nominal) -> Array:
+    """(N, 2) the speeds in rad/s of the left and right wheel that the drive's controller computes."""
+    radius, separation = nominal.declared_sizes
+    linear, angular = log.commands.T
+    half = angular * separation / 2.0
+    return np.column_stack([linear - half, linear + half]) / radius
+
+
+class _Response:
+    """The mean speeds in intervals of a first-order system whose input is constant between changes."""
+
+    def __init__(self, times: Array, inputs: Array, starts: Array, ends: Array) -> None:
+        changes = np.concatenate([[True], (np.diff(inputs, axis=0) != 0.0).any(axis=1)])
+        self._times, self._inputs = times[changes], inputs[changes]
+        self._starts, self._ends = starts, ends
+        lasted = np.diff(self._times)
+        self._integrals = np.vstack([np.zeros(2), np.cumsum(self._inputs[:-1] * lasted[:, None], axis=0)])
+        self._lasted = lasted
+
+    @property
+    def changes(self) -> int:
+        return len(self._times)
+
+    def unit(self, delay: float, constant: float) -> Array:
+        """(n, 2) the mean speeds with a scale of 1."""
+        constant = max(constant, _SHORTEST)
+        state, states = self._inputs[0], [self._inputs[0]]
+        for now, decay in zip(self._inputs[:-1], np.exp(-self._lasted / constant).tolist(), strict=True):
+            state = now + (state - now) * decay
+            states.append(state)
+        before, after = (
+            self._at(times - delay, constant, np.array(states)) for times in (self._starts, self._ends)
+        )
+        mean: Array = (after - before) / (self._ends - self._starts)[:, None]
+        return mean
+
+    def _at(self, times: Array, constant: float, states: Array) -> Array:
+        """The integral of the output: that of the input, less the time constant times the output's change."""
+        index = np.clip(np.searchsorted(self._times, times, side="right") - 1, 0, None)
+        passed = times - self._times[index]
+        now, state = self._inputs[index], states[index]
+        outputs = now + (state - now) * np.exp(-np.maximum(passed, 0.0) / constant)[:, None]
+        inside: Array = self._integrals[index] + now * passed[:, None] - constant * outputs
+        return inside
+
+
+def _misfit(unit: Array, measured: Array) -> float:
+    scale = float((unit * measured).sum()) / max(float((unit * unit).sum()), 1e-12)
+    return float(np.abs(measured - scale * unit).sum())
+
+
+def _fitted(model: _Response, measured: Array, kept: NDArray[np.bool_], start: Array) -> Array:
+    def errors(values: Array) -> Array:
+        left: Array = (measured - values[0] * model.unit(values[1], values[2]))[kept].ravel()
+        return left
+
+    lowest, highest = [-np.inf, 0.0, _SHORTEST], [np.inf, _LONGEST_DELAY, _LONGEST_TIME_CONSTANT]
+    inside = np.clip(start, lowest, highest)
+    found: Array = least_squares(errors, inside, bounds=(lowest, highest), x_scale=[1.0, 0.1, 0.1]).x
+    return found
+
+
+def _shown(
+    model: _Response, measured: Array, kept: NDArray[np.bool_], found: Array, interval: float
+) -> dict[str, Interval]:
+    """The intervals of the parameters that the log shows. Times are never negative."""
+    scale, delay, constant = found.tolist()
+    steps = (1e-6, 1e-4, 1e-4)
+    slopes = []
+    for index, step in enumerate(steps):
+        low, high = found.copy(), found.copy()
+        low[index], high[index] = found[index] - step, found[index] + step
+        change = high[0] * model.unit(high[1], high[2]) - low[0] * model.unit(low[1], low[2])
+        slopes.append((change[kept] / (2.0 * step)).ravel())
+    derivatives = np.column_stack(slopes)
+    if model.changes < _FEWEST_CHANGES:
+        derivatives = derivatives[:, :1]
+    sizes = np.linalg.norm(derivatives, axis=0)
+    if not sizes[0] or np.linalg.cond(derivatives / np.maximum(sizes, 1e-12)) > 1e6:
+        return {}
+    left = (measured - scale * model.unit(delay, constant))[kept].ravel()
+    halves = half_widths(derivatives, left, np.eye(derivatives.shape[1]), 2)
+    shown = {}
+    for name, value, half in zip(
+        (ENCODER, DELAY, TIME_CONSTANT), found.tolist(), halves.tolist(), strict=False
+    ):
+        if name == ENCODER:
+            if half < 0.5 * abs(value):
+                shown[name] = Interval(value, value - half, value + half)
+        elif half < max(0.5 * value, interval):
+            shown[name] = Interval(value, max(value - half, 0.0), value + half)
+    return shown
