@@ -141,13 +141,6 @@ def _is_observable(low: Array, high: Array, nominal: Nominal) -> NDArray[np.bool
 def _require_plausible(log: DriveLog, found: KinematicFit, nominal: Nominal) -> None:
     """Fail if the reference contradicts the wheel speeds."""
     high = found.parameters + found.half_widths
-    mean = abs(found.parameters[[LEFT, RIGHT]].mean())
-    usual = (nominal.left + nominal.right) / 2.0
-    if not (usual / _FACTOR < mean < usual * _FACTOR) and np.isfinite(high[[LEFT, RIGHT]]).all():
-        raise KbotError(
-            f"{log.path}: the reference moves as if the wheels had a radius of {mean:.3g} m, not the "
-            f"{usual:.3g} m of the file. If the robot is stuck or its wheels spin, cut these parts of the log"
-        )
     for side, index in (("left", LEFT), ("right", RIGHT)):
         if high[index] < 0.0:
             raise KbotError(
@@ -158,6 +151,13 @@ def _require_plausible(log: DriveLog, found: KinematicFit, nominal: Nominal) -> 
         raise KbotError(
             f"{log.path}: the robot turns against its wheel speeds. The left and right wheels are "
             "exchanged, or both speeds have the wrong sign"
+        )
+    mean = float(np.abs(found.parameters[[LEFT, RIGHT]]).mean())
+    usual = (nominal.left + nominal.right) / 2.0
+    if not (usual / _FACTOR < mean < usual * _FACTOR) and np.isfinite(high[[LEFT, RIGHT]]).all():
+        raise KbotError(
+            f"{log.path}: the reference moves as if the wheels had a radius of {mean:.3g} m, not the "
+            f"{usual:.3g} m of the file. If the robot is stuck or its wheels spin, cut these parts of the log"
         )
 
 
