@@ -9,7 +9,7 @@ import math
 import os
 import reprlib
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -25,10 +25,12 @@ from kbot.learn.targets import Target
 from kbot.learn.tasks import TASKS
 from kbot.learn.tasks.task import ARRIVED, COLLIDED, COMMON_REWARDS, DIVERGED, FELL, TIME_LIMIT, Reward, Task
 from kbot.learn.values import require_range
+from kbot.messages.clock import NANOSECONDS
 from kbot.model import RobotModel
 from kbot.navigation.controller import Observation
 from kbot.navigation.simulated import UPRIGHT, LidarPoints, PoseSource
 from kbot.robot import Value
+from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Motion, Simulation, SimulationDiverged, recipe
 from kbot.sim.numbers import LONGEST, is_finite, positive
 from kbot.text import KbotError
@@ -149,6 +151,7 @@ class Episodes:
         self.interface = self._interface_of(self.stage)
         self._faults: list[int] = []
         self._drawn = Drawn(None, Deviations(), 0.0)
+        self._is_noisy = False
         self._random = np.random.default_rng(0)
         self._seen: LidarPoints | None = None
         self._target: Target | None = None
@@ -172,15 +175,20 @@ class Episodes:
         simulation = stage.simulation
         simulation.reset()
         self._drawn = self._randomisation.draw(random)
+        self._is_noisy = not self._drawn.noise.is_none
         start = self.task.start(stage, random)
         simulation.models.set_pose(start.pose.x, start.pose.y, start.pose.yaw)
         self._faults = self._drawn.apply(simulation)
         lidar = stage.lidar if self.interface.lidar is not None else None
         self._seen = None if lidar is None else LidarPoints(lidar)
+        if lidar is not None:
+            lidar.is_needed = None
         first_scan = 0.0 if lidar is None else 1.0 / lidar.spec.rate + lidar.spec.latency
         # whole control periods, and the first scan has arrived
         simulation.run(math.ceil(max(_SETTLE, first_scan) / recipe.CONTROL_PERIOD) * recipe.CONTROL_PERIOD)
         self._begun = simulation.steps
+        if lidar is not None:
+            lidar.is_needed = self._scans_seen(lidar, simulation.clock.nanoseconds)
         self._target, self._pending = start.target, []
         self._last_action = self.interface.no_action.tolist()
         self._map_from_odometry = start.pose @ simulation.odometry.pose.inverse()
@@ -198,7 +206,7 @@ class Episodes:
         if self._is_over:
             raise KbotError("the episode is over: call reset first")
         given = self.interface.limited(action)
-        speeds = self.interface.speeds(given)
+        speeds = self.interface.speeds_of(given)
         simulation = self.stage.simulation
         try:
             self._drive(simulation, speeds)
@@ -208,7 +216,7 @@ class Episodes:
         truth = None if has_diverged else simulation.ground_truth
         terms, outcome = ({"failure": 1.0}, DIVERGED) if truth is None else self._judge(truth.pose)
         terms["time"] = self.period
-        terms["change"] = sum(abs(a - b) for a, b in zip(given, self._last_action, strict=True))
+        terms["change"] = sum([abs(a - b) for a, b in zip(given, self._last_action, strict=True)])
         self._last_action = given
         if truth is not None:
             self._last_seen = self._observe(truth)
@@ -227,6 +235,19 @@ class Episodes:
     def time(self) -> float:
         """s since the start of the episode."""
         return (self.stage.simulation.steps - self._begun) * self.options.timestep
+
+    def _scans_seen(self, lidar: LidarSensor, begin: int) -> Callable[[int], bool]:
+        """Which scans are the newest ones at an observation. The others would only cost time."""
+        period = round(self.period * NANOSECONDS)
+        # a scan is made up to a step after its time
+        scan = round(NANOSECONDS / lidar.spec.rate + self.options.timestep * NANOSECONDS)
+        latency = round(lidar.spec.latency * NANOSECONDS)
+
+        def is_seen(now: int) -> bool:
+            until_observed = (begin - now - latency) % period
+            return until_observed < scan  # else the next scan arrives before
+
+        return is_seen
 
     def _drive(self, simulation: Simulation, speeds: tuple[float, float, float]) -> None:
         """Command the robot after the delay, and simulate until the next action."""
@@ -262,7 +283,7 @@ class Episodes:
         points, seen_at = (None, -math.inf) if self._seen is None else self._seen()
         now = simulation.time
         observation = Observation(now, pose, motion.twist, points, now - seen_at)
-        if not self._drawn.noise.is_none:
+        if self._is_noisy:
             observation = self._drawn.noise.add(observation, self._random)
         if self._target is None:
             raise KbotError("the episode has not started: call reset first")

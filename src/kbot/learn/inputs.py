@@ -201,7 +201,10 @@ class PolicyInterface:
         Raises:
             KbotError: the vector has another length, or a number is not finite.
         """
-        shares = self.limited(action)
+        return self.speeds_of(self.limited(action))
+
+    def speeds_of(self, shares: list[float]) -> tuple[float, float, float]:
+        """As `speeds`, of numbers that `limited` returned."""
         wanted = [
             field.low + (share + 1.0) / 2.0 * (field.high - field.low)
             for field, share in zip(self.actions, shares, strict=True)

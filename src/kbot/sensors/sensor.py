@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -103,6 +104,8 @@ class Sensor(ABC, Generic[M]):
         self._publisher: Publisher[M] = self._advertise(self.topic, self.message_type)
         self.only_with_subscribers = False
         """Whether it measures only while one of its topics has a subscriber."""
+        self.is_needed: Callable[[int], bool] | None = None
+        """Whether anybody reads the measurement of a time in ns. None: every measurement is made."""
         self._latest: tuple[int, M] | None = None
         self._pending: list[tuple[int, M]] = []
         self._timer = simulation.clock.every(spec.rate, self._sample)
@@ -159,6 +162,8 @@ class Sensor(ABC, Generic[M]):
         if self.only_with_subscribers and not self.has_subscribers:
             return
         now = self.simulation.clock.nanoseconds
+        if self.is_needed is not None and not self.is_needed(now):
+            return
         message = self.measure(round(now / NANOSECONDS * self.spec.rate))
         if not self.spec.latency:
             self._publish(now, message)

@@ -66,7 +66,8 @@ class CommandDelivery:
         for robot in tuple(self.following):
             due = robot.advance(step)
             if due:
-                wait = min(wait, due)
+                if due < wait:  # not min(), which takes three times as long
+                    wait = due
             else:
                 self.following.remove(robot)
         return wait

@@ -147,8 +147,8 @@ class Stepping:
             count = self._next_stop - engine.steps
             if count > n:
                 count = n
-            if commands.following:
-                count = min(count, commands.advance(engine.steps))
+            if commands.following and (due := commands.advance(engine.steps)) < count:
+                count = due
             if self.watchers:
                 self._step_watched(count)
             else:

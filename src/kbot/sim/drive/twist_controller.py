@@ -23,10 +23,20 @@ class RateLimiter:
         self._faster = acceleration
         self._slower = acceleration if deceleration is None else deceleration
         self._jerk = jerk
+        self._is_even = self._slower == acceleration and jerk == inf
+        """Whether the limit is always the same, as it usually is."""
+        self._step = acceleration * period
         self.acceleration = 0.0
 
     def advance(self, value: float, target: float) -> tuple[float, float]:
         """The speed at the end of a period, and its mean over the period."""
+        if self._is_even:
+            change, step = target - value, self._step
+            if change > step:
+                return value + step, value + step / 2.0
+            if change < -step:
+                return value - step, value - step / 2.0
+            return target, value + change - change * abs(change) / (2.0 * step)
         limit = self._faster if abs(target) > abs(value) and target * value >= 0.0 else self._slower
         if self._jerk < inf:
             return self._smoothly(value, target, limit)
