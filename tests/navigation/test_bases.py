@@ -146,6 +146,16 @@ def test_a_load_is_part_of_the_outline_and_not_of_the_map():
     assert trip.reached, trip.status
 
 
+def test_a_lidar_that_detects_the_load_of_its_robot_does_not_stop_it():
+    pole = replace(box("pole", (0.05, 0.05, 0.4), 0.25, 0.0, 0.36), mass=0.1)
+    simulation = Simulation(_robot(_with_lidar(CAR)), World("load", (floor(), pole)))
+    simulation.models.attach("base", "pole")
+    trip = go_to_without_map(
+        simulation, PlanarPose(1.5, 0.0), any_heading=True, arrive=0.1, max_speed=(0.5, 1.0)
+    )
+    assert trip.reached, trip.status
+
+
 def test_an_arm_that_reaches_out_is_part_of_the_outline():
     simulation = Simulation(_robot(SIDEWAYS.replace("<gazebo>", f"{ARM}<gazebo>")))
     front = simulated_shape(simulation).outline.corners

@@ -16,6 +16,7 @@ from kbot.messages.sensing import Imu, LaserScan
 from kbot.navigation.arrival_watch import ArrivalWatch
 from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.controller import GENTLE, Observation
+from kbot.navigation.footprint import Outline
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.local.attitude import Attitude
 from kbot.navigation.local.local_navigator import LocalNavigator, LocalSettings
@@ -26,6 +27,7 @@ from kbot.navigation.local.rolling_grid import SensorPlace
 from kbot.navigation.local.scan_matching import Match, ScanMatcher
 from kbot.navigation.mobility import BaseKind, mobility
 from kbot.navigation.simulated import Trip, level_lidars
+from kbot.navigation.simulated_shape import loads
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.imu import ImuSensor
 from kbot.sensors.lidar import LidarSensor, scan_points
@@ -34,6 +36,8 @@ from kbot.sim.report import Odometer
 from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 
+_LOAD_MARGIN = 0.02
+"""m. A load may shift by less."""
 _ALL_AROUND = math.radians(350.0)
 DEFAULT_SETTINGS = LocalSettings()
 _AROUND_MOVING = 0.15
@@ -45,9 +49,10 @@ _ODOMETRY_SILENCE = 0.1
 class _Lidar:
     """A lidar of the robot, and where it is on the base."""
 
-    def __init__(self, sensor: LidarSensor, base: str) -> None:
+    def __init__(self, sensor: LidarSensor, base: str, load: Outline | None = None) -> None:
+        """`load` is the outline of a robot with a load, which the lidar may detect."""
         simulation, spec = sensor.simulation, sensor.spec
-        self.sensor = sensor
+        self.sensor, self._load = sensor, load
         base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(spec.link)
         self.base_from_sensor: NDArray[np.float64] = (base_from_link @ spec.pose).matrix
         self.stamp = -math.inf
@@ -73,8 +78,20 @@ class _Lidar:
         if scan is None or scan.header.stamp.seconds <= self.stamp:
             return None
         self.stamp = scan.header.stamp.seconds
+        if self._load is not None:
+            scan = self._without_load(scan, self._load)
         self.points = scan_points(scan, self.base_from_sensor)
         return scan
+
+    def _without_load(self, scan: LaserScan, load: Outline) -> LaserScan:
+        """The scan without the beams that end within the outline of the robot: they measure its load."""
+        angles = scan.angle_min + np.arange(len(scan.ranges)) * scan.angle_increment
+        ends = np.where(np.isfinite(scan.ranges), scan.ranges, 0.0) * np.array(
+            [np.cos(angles), np.sin(angles)]
+        )
+        in_base = ends.T @ self.base_from_sensor[:2, :2].T + self.base_from_sensor[:2, 3]
+        own = np.isfinite(scan.ranges) & load.grown(_LOAD_MARGIN).holds(in_base)
+        return replace(scan, ranges=np.where(own, np.float32(np.nan), scan.ranges))
 
 
 class _WheelOdometry:
@@ -120,11 +137,12 @@ class LocalPilot:
         after: Callable[[], None] = lambda: None,
     ) -> None:
         """`odometry` replaces the robot's wheel odometry. `after` is called after each update of a goal."""
-        base = mobility(simulation).base
+        moves = mobility(simulation)
+        base, load = moves.base, moves.shape.outline if loads(simulation) else None
         self._simulation, self._navigator = simulation, navigator
         self._wheels = _WheelOdometry(simulation)
         self._odometry = odometry or self._wheels
-        self._lidars = [_Lidar(lidar, base) for lidar in lidars]
+        self._lidars = [_Lidar(lidar, base, load) for lidar in lidars]
         self._after = after
         self._attitude: Attitude | None = None
         self._begin_estimate()
