@@ -89,6 +89,7 @@ def test_one_of_several_best_designs_is_chosen() -> None:
     [
         (("--write", "best.xacro"), "--write needs --objective MEASURE"),
         ((*RADIUS, "--write", "nowhere/best.xacro"), "its folder does not exist"),
+        (("--html", "nowhere/report.html"), "its folder does not exist"),
         ((*RADIUS, "--diff"), "--diff shows the changes of --write FILE, which is missing"),
         ((*RADIUS, "--design", "1"), "--design chooses what --write and --html show"),
         (("--on", "somewhere"), "--on somewhere is not a place"),

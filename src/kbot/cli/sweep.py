@@ -248,6 +248,9 @@ def _executor(running: _Running, plan: Plan, pool: Pool, out: str) -> Executor:
 
 def _check_outputs(outputs: _Outputs, choice: _Choice, *, confirmed: bool) -> None:
     """Report before the runs what cannot be written after them."""
+    for path in filter(None, (outputs.html, outputs.write)):
+        if not Path(path).absolute().parent.is_dir():
+            fail(f"{path} cannot be written: its folder does not exist")
     if outputs.write is None:
         if outputs.diff:
             fail("--diff shows the changes of --write FILE, which is missing")
@@ -256,8 +259,6 @@ def _check_outputs(outputs: _Outputs, choice: _Choice, *, confirmed: bool) -> No
         return
     if not choice.objectives:
         fail("--write needs --objective MEASURE, which decides which design is best")
-    if not Path(outputs.write).absolute().parent.is_dir():
-        fail(f"{outputs.write} cannot be written: its folder does not exist")
     may_ask = sys.stdin.isatty() and sys.stderr.isatty()
     if Path(outputs.write).exists() and not (outputs.diff or confirmed or may_ask):
         fail(f"{outputs.write} exists. Add --yes to overwrite it, or --diff to see the changes")
