@@ -310,7 +310,7 @@ def _write_design(
         print_note(f"  {change}")
     for value in written.elsewhere:
         print_note(f"  {value} is not part of the robot")
-    print_note(f"wrote design {design.number}: {', '.join(file.path for file in written.files)}")
+    print_note(f"wrote design {design.number}: {', '.join(written.paths)}")
 
 
 def _agrees(existing: Sequence[str]) -> bool:

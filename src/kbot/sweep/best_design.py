@@ -52,9 +52,14 @@ class WrittenDesign:
         """The changes of all files."""
         return "".join(file.diff() for file in self.files)
 
+    @property
+    def paths(self) -> list[str]:
+        """The files, as messages name them."""
+        return [relative(file.path) for file in self.files]
+
     def existing(self) -> list[str]:
-        """The files that writing it would change."""
-        return [relative(file.path) for file in self.files if os.path.lexists(file.path)]
+        """Those of the files that exist."""
+        return [path for path in self.paths if os.path.lexists(path)]
 
     def write(self) -> None:
         """Write the files. Raises KbotError: one cannot be written."""
