@@ -33,6 +33,12 @@ def test_a_linear_network_gives_its_matrix_product() -> None:
     assert all((session.run(None, {"seen": seen})[0] == first).all() for _ in range(20))
 
 
+def test_a_session_leaves_the_arithmetic_of_its_thread_unchanged() -> None:
+    half, smallest_normal = float("0.5"), 2.0**-1022
+    open_session(linear(np.eye(2, dtype=np.float32), np.zeros(2, np.float32)))
+    assert half * smallest_normal > 0.0
+
+
 def test_the_batch_is_fixed_at_one() -> None:
     found = read_network(linear(np.ones((2, 3)), np.zeros(2)))
     (value,) = onnx.ModelProto.FromString(found.data).graph.input

@@ -98,7 +98,7 @@ def open_session(data: bytes) -> Any:  # noqa: ANN401 - onnxruntime has no types
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.use_deterministic_compute = True
     options.log_severity_level = 4  # its errors are raised too
-    options.add_session_config_entry("session.set_denormal_as_zero", "1")  # they take a hundred times longer
+    # not "session.set_denormal_as_zero", which would change the arithmetic of the thread, and so the physics
     try:
         return onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
     except Exception as error:  # noqa: BLE001 - onnxruntime's own have no base class
