@@ -44,6 +44,8 @@ the mean derivative of the influence of a residual (P. Huber, Robust Statistics,
 _ROUGH = 6.0
 """Distance of an outlier in the first rounds, in units of the typical noise of a similar motion."""
 _ROUNDS = 12
+_SETTLED = 5e-4
+"""Share of the displacements that may still change between outliers and others when the search ends."""
 _STEPS = 30
 _MAD = 1.4826
 """Standard deviation of Gaussian noise, divided by the median of its absolute value."""
@@ -96,7 +98,7 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
         kept = motions.only(~is_outlier)
         parameters = _least_squares(parameters, kept, noise, scales)
         before, is_outlier = is_outlier, _outliers(parameters, motions, is_outlier, noise)
-        if (before == is_outlier).all():
+        if (before != is_outlier).mean() <= _SETTLED:
             break
         noise = _noise(parameters, motions.only(~is_outlier), noise)
     kept = motions.only(~is_outlier)
