@@ -290,3 +290,17 @@ def test_robot_that_cannot_drive_is_refused(tmp_path):
 def test_world_without_room_is_refused():
     with pytest.raises(kbot.KbotError, match=r"no place|no two places"):
         make(world="corridor:length=1,width=0.25").reset(seed=1)
+
+
+def test_the_page_shows_the_run_of_each_episode(monkeypatch):
+    monkeypatch.setattr("kbot.workbench.live_page.can_open_browser", lambda: False)
+    environment = make(world="boxes:seed={seed}", world_seeds=(1, 2), render_mode="human")
+    shown = []
+    for seed in range(3):
+        environment.reset(seed=seed)
+        environment.step([-1.0, 0.0])
+        assert environment._page.url.startswith("http://127.0.0.1:")
+        shown.append(environment._served is environment.simulation)
+    environment.close()
+    assert shown == [True, True, True]
+    assert environment._page is None

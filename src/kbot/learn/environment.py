@@ -98,4 +98,5 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         opens_browser = self._page is None
         self.close()
         self._served = self.simulation
+        self.simulation.paused = False  # a page that was closed before has paused it
         self._page = self.simulation.serve(browser=opens_browser)
