@@ -235,6 +235,9 @@ class LocalPilot:
         if match is not None and match.is_good:
             self.estimate.add_match(lidar.stamp, match.pose)
             lidar.matcher.renew(points, match)
+        elif match is not None and match.fits:
+            # too little of an earlier view is left: go on from the prediction
+            lidar.matcher.renew(points, Match(predicted, match.share))
         return match
 
     def _at_rest(self, points: NDArray[np.float64], base: PlanarPose) -> NDArray[np.float64]:

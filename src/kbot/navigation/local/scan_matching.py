@@ -47,7 +47,7 @@ _PUSHED = np.array([0.3, 0.3, 0.3])
 """m, m and rad: the same for a robot that was pushed."""
 GOOD_FIT = 0.45
 """Share from which a match is used. A scan of a robot that tilts, as when it is pushed, shows the ground."""
-LEAST_FIT = 0.35
+LEAST_FIT = 0.25
 """Share of fitting points below which a scan does not show the same surroundings. In worlds of the BARN
 challenge, the share is above 0.6, and after the robot was carried away below 0.2 in 9 of 10 cases."""
 
