@@ -155,3 +155,17 @@ def test_a_value_that_agrees_is_not_written(log, tmp_path, capsys):
     fixed(log, file)
     assert "nothing to write" in capsys.readouterr().out
     assert file.read_text() == before
+
+
+def test_a_sensor_at_the_property_of_the_wheels_does_not_move_them(log, tmp_path, capsys):
+    text = ROBOT.replace("WHEELS", OWN).replace("CONTROLLER", "")
+    text = text.replace('xyz="0.1 0 0.2"', 'xyz="${ahead} 0 0.2"').replace('"0 ${sign', '"${ahead} ${sign')
+    text = text.replace("<xacro:macro", '<xacro:property name="ahead" value="0.05"/>\n  <xacro:macro', 1)
+    file = tmp_path / "rover.xacro"
+    file.write_text(text)
+    before = read_nominal(str(file), {}, {}, (), "laser").drive.axle_in_base.translation[0]
+    fixed(log, file)
+    after = read_nominal(str(file), {}, {}, (), "laser")
+    assert after.drive.axle_in_base.translation[0] == pytest.approx(before)
+    assert after.values["sensor_y"] == pytest.approx(TRUTH.sensor_y, abs=0.003)
+    assert "not written: xyz x of 'laser'" in capsys.readouterr().out

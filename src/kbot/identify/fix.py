@@ -252,7 +252,28 @@ class _Search:
             if abs(angle - was) > 1e-9
         ]
         text = ", ".join(f"{name} {new[name]:g}" for name in names)
-        self._accept(", ".join(names), wanted, f"{text} of '{link}'")
+        self._keep_wheels()
+        before_notes = len(self._fix.not_written)
+        if self._accept(", ".join(names), wanted, f"{text} of '{link}'"):
+            return
+        if len(wanted) > 1:  # perhaps some of the numbers can be written
+            del self._fix.not_written[before_notes:]
+            for want in wanted:
+                name = (
+                    f"{want.attribute} {'xyz'[want.index] if want.attribute == 'xyz' else 'rpy'[want.index]}"
+                )
+                self._accept(f"{name} of '{link}'", [want], f"{name} of '{link}' {want.value:g}")
+
+    def _keep_wheels(self) -> None:
+        """The wheels stay where they are, also if their positions are computed from the same property."""
+        known = {(id(want.element), want.index) for want in self._wanted}
+        for name in self._nominal.drive.joints:
+            joint = self._robot.joints[name]
+            for index in range(2):
+                value = float(self._origin(joint).translation[index])
+                want = self._origin_value(joint, "xyz", index, value)
+                if (id(want.element), index) not in known:
+                    self._wanted.append(want)
 
     def _origin(self, joint: Joint) -> Transform:
         return Transform.of(joint.pose)
