@@ -90,7 +90,7 @@ def run_alone(folder: Path, half: int) -> None:
     asked = request(folder, 6.0, DESIGNS)
     with Pool(1) as pool:  # reads the robot in another process, as the sweep does
         plan = prepare(asked, pool)
-    from kbot.sweep.designs import designs_of
+    from kbot.sweep.search import designs_of
 
     designs = designs_of(plan.method, plan.space, plan.designs, plan.objectives)
     for run in range(half, plan.runs, PROCESSES):

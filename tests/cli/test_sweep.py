@@ -213,7 +213,7 @@ def test_a_json_object_is_printed_after_an_error(capsys: pytest.CaptureFixture[s
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    assert error("kbot", *RADII, *SHORT) == "Parquet is not installed: pip install 'kbot[sweep]'"
+    assert error("kbot", *RADII, *SHORT) == "PyArrow is not installed: pip install 'kbot[sweep]'"
 
 
 def test_a_range_of_integers_is_noted() -> None:

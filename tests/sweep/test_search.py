@@ -10,13 +10,13 @@ from types import TracebackType
 import numpy as np
 import pytest
 
-from kbot.sweep.designs import Designs, LatinHypercube, Method, Random, designs_of
+from kbot.sweep.designs import Designs, LatinHypercube, Method, Random
 from kbot.sweep.executor import Finished
 from kbot.sweep.journal import Journal, Row
 from kbot.sweep.objectives import Objective
 from kbot.sweep.optimisation import WINDOW
 from kbot.sweep.plan import Plan
-from kbot.sweep.search import search
+from kbot.sweep.search import designs_of, search
 from kbot.sweep.space import parse_space
 from kbot.trials.pool import Task
 from kbot.trials.results import TrialResult

@@ -22,6 +22,9 @@ from kbot.xacro import Packages, expand
 from kbot.xacro.packages import SHIPPED, package_around, package_name
 from kbot.xacro.written_values import ParameterEdit, is_same_robot, parameter_edits
 
+_MOST_LISTED = 20
+"""Designs that an error lists. The table has all of them."""
+
 
 @dataclass(frozen=True, slots=True)
 class WrittenFile:
@@ -216,9 +219,6 @@ def chosen_design(best: Sequence[Design], number: int | None) -> Design:
     more = f"; and {len(best) - _MOST_LISTED} more" if len(best) > _MOST_LISTED else ""
     problem = f"{len(best)} designs are best" if number is None else f"design {number} is not one of the best"
     raise KbotError(f"{problem}. Choose one with --design N: {listed}{more}")
-
-
-_MOST_LISTED = 20
 
 
 def _shown(values: Mapping[str, Value]) -> str:

@@ -44,11 +44,11 @@ MISSING_EXTRA = "--on ray needs Ray. Install it with: pip install 'kbot[ray]'"
 WAIT_SECONDS = 1.0
 """Time after which Ctrl-C and a lost cluster are noticed."""
 PATIENCE_SECONDS = 30.0
-"""Time without any processor in the cluster after which a note says so."""
+"""Time without any processor in the cluster after which a note is printed."""
 LOOK_SECONDS = 5.0
-"""Time between two looks at the size of the cluster."""
+"""Time between two checks of the size of the cluster."""
 LOST_LOOKS = 3
-"""How often in a row the head does not answer until it is lost."""
+"""The head is lost if it does not answer this many times in a row."""
 CONNECT_SECONDS = 10.0
 """Time in which a cluster must answer."""
 _STORE_BYTES = 80_000_000

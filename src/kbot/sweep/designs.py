@@ -12,15 +12,12 @@ from typing import Protocol
 
 import numpy as np
 
-from kbot.sweep.objectives import Objective
 from kbot.sweep.space import Space, Values
-from kbot.text import KbotError
 
-MISSING_EXTRA = "{} is not installed: pip install 'kbot[sweep]'"
 SEED = 0
-"""Of all random designs: the same command gives the same designs."""
+"""Seed of all random designs. It is fixed, so that the same command gives the same designs."""
 _BLOCK = 1024
-"""Random designs that are drawn at once."""
+"""Random designs that are drawn at once, because a generator for each would take longer than drawing them."""
 
 
 class Method(StrEnum):
@@ -91,26 +88,10 @@ class LatinHypercube(_Independent):
     """`count` designs of which each has a share of 1 / count of each dimension to itself (McKay, 1979)."""
 
     def __init__(self, space: Space, count: int) -> None:
-        """Raises KbotError: the extra `sweep` is not installed."""
-        try:
-            from scipy.stats import qmc  # an extra, and slow to import
-        except ModuleNotFoundError:
-            raise KbotError(MISSING_EXTRA.format("SciPy")) from None
+        from scipy.stats import qmc  # slow to import
+
         self._space = space
         self._sample = qmc.LatinHypercube(len(space.dimensions), rng=SEED).random(count)
 
     def values(self, number: int) -> Values:
         return self._space.at(self._sample[number].tolist())
-
-
-def designs_of(method: Method, space: Space, count: int, objectives: Sequence[Objective]) -> Designs:
-    """The designs of a method. Raises KbotError: the extra `sweep` is not installed."""
-    if method is Method.GRID:
-        return Grid(space)
-    if method is Method.RANDOM:
-        return Random(space)
-    if method is Method.LHS:
-        return LatinHypercube(space, count)
-    from kbot.sweep.optimisation import Optimisation  # Optuna is slow to import
-
-    return Optimisation(space, objectives)

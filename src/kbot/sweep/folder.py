@@ -11,7 +11,7 @@ from typing import Any
 
 from kbot.sweep.designs import Method
 from kbot.sweep.journal import Journal
-from kbot.sweep.plan import Plan
+from kbot.sweep.plan import SCHEMA, Plan
 from kbot.text import KbotError
 from kbot.text.files import read_text, write_text
 
@@ -60,7 +60,7 @@ def _read_plan(path: Path) -> dict[str, Any]:
         found = json.loads(read_text(path))
     except json.JSONDecodeError as error:
         raise KbotError(f"{path} is not the description of a sweep: {error}") from None
-    if not isinstance(found, dict) or found.get("schema") != 1:
+    if not isinstance(found, dict) or found.get("schema") != SCHEMA:
         raise KbotError(f"{path} is not the description of a sweep that this version of KBot can continue")
     return found
 

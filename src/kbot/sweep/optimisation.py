@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from kbot.sweep.designs import MISSING_EXTRA, SEED
+from kbot.sweep.designs import SEED
 from kbot.sweep.objectives import Objective
 from kbot.sweep.space import Choices, Dimension, Interval, Levels, Space, Value, Values
-from kbot.text import KbotError
 
 if TYPE_CHECKING:
     from optuna.distributions import BaseDistribution
@@ -30,11 +29,8 @@ class Optimisation:
     window: int | None = WINDOW
 
     def __init__(self, space: Space, objectives: Sequence[Objective]) -> None:
-        """Raises KbotError: the extra `sweep` is not installed."""
-        try:
-            import optuna  # an extra
-        except ModuleNotFoundError:
-            raise KbotError(MISSING_EXTRA.format("Optuna")) from None
+        import optuna  # slow to import
+
         optuna.logging.set_verbosity(optuna.logging.ERROR)  # it reports each trial
         self._dimensions = space.dimensions
         self._distributions = {each.name: _distribution(each) for each in space.dimensions}

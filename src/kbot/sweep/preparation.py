@@ -9,11 +9,10 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from kbot.model.load import resolve_robot_path
-from kbot.sweep.designs import MISSING_EXTRA, Method
+from kbot.sweep.designs import Method
 from kbot.sweep.objectives import parse_objectives
 from kbot.sweep.plan import Plan, world_with_parameter
 from kbot.sweep.space import Dimension, Space, Target, parse_space
-from kbot.sweep.table import require_parquet
 from kbot.text import KbotError
 from kbot.text.notes import note
 from kbot.trials.actions import TO_GOALS, DriveWithPolicy, RunScript
@@ -32,8 +31,9 @@ from kbot.xacro.assignments import resolve_names
 
 _GOAL_MEASURES = frozenset({"goal_time", "goals_reached"})
 """Measures that only a scenario with a goal has."""
-_LIBRARIES = {Method.LHS: "scipy", Method.OPTIMIZE: "optuna"}
-"""The library that each of these methods needs."""
+_MISSING = "{} is not installed: pip install 'kbot[sweep]'"
+_LIBRARIES = {Method.LHS: "SciPy", Method.OPTIMIZE: "Optuna"}
+"""The library that chooses the designs of these methods."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,15 +115,18 @@ def _count(space: Space, request: Request) -> int:
 
 def _versions(method: Method) -> dict[str, str]:
     """The versions of the programs on which the results depend. Raises KbotError: an extra is missing."""
-    require_parquet()
+    try:
+        import pyarrow.parquet  # noqa: F401 - for the table; an extra, and slow to import
+    except ModuleNotFoundError:
+        raise KbotError(_MISSING.format("PyArrow")) from None
     found = {}
-    library = _LIBRARIES.get(method)
-    for name in ("kbot", "mujoco-core", *([library] if library else ())):
+    library = _LIBRARIES.get(method, "")
+    for name in ("kbot", "mujoco-core", *filter(None, [library.lower()])):
         try:
             found[name] = version(name)
         except PackageNotFoundError:
-            if name == library:
-                raise KbotError(MISSING_EXTRA.format({"scipy": "SciPy", "optuna": "Optuna"}[name])) from None
+            if name == library.lower():
+                raise KbotError(_MISSING.format(library)) from None
     return found
 
 

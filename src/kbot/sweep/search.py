@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
-from kbot.sweep.designs import Designs, designs_of
+from kbot.sweep.designs import Designs, Grid, LatinHypercube, Method, Random
 from kbot.sweep.executor import Executor
 from kbot.sweep.journal import Journal
+from kbot.sweep.objectives import Objective
 from kbot.sweep.plan import Plan
-from kbot.sweep.space import Values
+from kbot.sweep.space import Space, Values
 from kbot.text import KbotError
 
 
@@ -33,6 +34,19 @@ def search(
         _, values = waiting.pop(run)
         journal.append(plan.row(run, values, result))
         on_done()
+
+
+def designs_of(method: Method, space: Space, count: int, objectives: Sequence[Objective]) -> Designs:
+    """The designs of a method."""
+    if method is Method.GRID:
+        return Grid(space)
+    if method is Method.RANDOM:
+        return Random(space)
+    if method is Method.LHS:
+        return LatinHypercube(space, count)
+    from kbot.sweep.optimisation import Optimisation  # Optuna is an extra
+
+    return Optimisation(space, objectives)
 
 
 class _Missing:

@@ -10,7 +10,6 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kbot.sweep.designs import MISSING_EXTRA
 from kbot.sweep.journal import Journal, Row
 from kbot.sweep.plan import Plan
 from kbot.sweep.space import Dimension
@@ -24,25 +23,16 @@ if TYPE_CHECKING:
 RUN_COLUMNS = ("run", "design", "scenario", "seed", "passed", "reason", "state_sha256")
 """The columns of each run. The values of its design follow `design`, and the measures are last."""
 _ROWS = 2000
-"""Rows of a group. Memory does not depend on the length of the table."""
-
-
-def require_parquet() -> None:
-    """Raises KbotError: the extra `sweep` is not installed."""
-    try:
-        import pyarrow.parquet  # noqa: F401 - an extra, and slow to import
-    except ModuleNotFoundError:
-        raise KbotError(MISSING_EXTRA.format("Parquet")) from None
+"""Rows that are written at once, so that memory does not depend on the length of the table."""
 
 
 def write_table(path: Path, plan: Plan, journal: Journal) -> None:
     """Write the finished runs of a journal: all of the table or nothing.
 
     Raises:
-        KbotError: the file cannot be written, or the extra `sweep` is not installed.
+        KbotError: the file cannot be written.
     """
-    require_parquet()
-    from pyarrow import parquet
+    from pyarrow import parquet  # slow to import
 
     names = measure_columns(journal.measures)
     schema = _schema(plan, names)

@@ -15,6 +15,8 @@ _LETTER = 7
 """Width of a letter in pixels."""
 _LONGEST = 28
 """Characters of a label. A stranger's world may have any name."""
+_MOST_TEXTS = 30
+"""Ticks of an axis of texts. More would cover each other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +41,6 @@ class Axis:
         return [(self.at(tick), f"{tick:.12g}") for tick in round_ticks(self.low, self.high, most)]
 
 
-_MOST_TEXTS = 30
-
-
 def axis(label: str, values: Sequence[Value], texts: tuple[str, ...] = (), hint: str = "") -> Axis:
     """The axis of some values. The label includes the unit. `texts` are all values of an axis of texts."""
     if texts:
@@ -53,8 +52,8 @@ def axis(label: str, values: Sequence[Value], texts: tuple[str, ...] = (), hint:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """A design in parallel coordinates, or a point of a scatter plot.
+class Mark:
+    """A design in a chart: a line in parallel coordinates, or a point of a scatter plot.
 
     values    one for each axis
     title     what the mouse shows
@@ -78,14 +77,14 @@ def shortened(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
-def _colour(line: Line) -> str:
-    if line.kind == "failed":
+def _colour(mark: Mark) -> str:
+    if mark.kind == "failed":
         return "var(--error)"
     # the better, the more of the first colour: both are distinct for colour-blind readers
-    return f"color-mix(in oklab, var(--plot-2) {100 * line.shade:.0f}%, var(--plot-1))"
+    return f"color-mix(in oklab, var(--plot-2) {100 * mark.shade:.0f}%, var(--plot-1))"
 
 
-def parallel_svg(axes: Sequence[Axis], lines: Sequence[Line]) -> str:
+def parallel_svg(axes: Sequence[Axis], lines: Sequence[Mark]) -> str:
     """Parallel coordinates: an axis for each dimension and objective, and a line for each design."""
     width, height, top, bottom = max(520, 150 * len(axes)), 380, 52, 22
     left = 64
@@ -126,7 +125,7 @@ def parallel_svg(axes: Sequence[Axis], lines: Sequence[Line]) -> str:
 
 
 def scatter_svg(
-    x_axis: Axis, y_axis: Axis, points: Sequence[Line], front: Sequence[tuple[float, float]] = ()
+    x_axis: Axis, y_axis: Axis, points: Sequence[Mark], front: Sequence[tuple[float, float]] = ()
 ) -> str:
     """Points of designs, and the steps of the Pareto front through `front`."""
     width, height, top, right, bottom = 400, 270, 14, 16, 46

@@ -9,13 +9,14 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 from kbot.model.load import resolve_robot_path
 from kbot.model.units import units_of
 from kbot.sweep.designs import Method
-from kbot.sweep.report.charts import Axis, Line, axis, parallel_svg, scatter_svg, share_svg
+from kbot.sweep.report.charts import Axis, Mark, axis, parallel_svg, scatter_svg, share_svg
 from kbot.sweep.report.sensitivity import Effect, effect
 from kbot.sweep.space import Value
 from kbot.text.files import write_bytes
@@ -108,6 +109,8 @@ class _Report:
             )
             for each in plan.objectives
         ]
+        names = {each.name for each in self._dimensions}  # a dimension may be an objective
+        self._columns = [*self._dimensions, *(each for each in self._objectives if each.name not in names)]
         self._measured = [
             design for design in self._designs if not any(map(math.isnan, design.objectives.values()))
         ]
@@ -167,13 +170,10 @@ class _Report:
         return _panel(f"Run of design {self._chosen.number}", note + shown)
 
     def _parallel(self) -> str:
-        columns = [*self._dimensions, *(each for each in self._objectives if each.name not in self._names())]
-        if not self._shown or len(columns) < 2:
+        if not self._shown or len(self._columns) < 2:
             return ""
-        axes = [
-            axis(each.label, self._values(self._measured, each), each.texts, each.hint) for each in columns
-        ]
-        lines = [self._line(design, columns) for design in self._shown]
+        axes = [self._axis(each) for each in self._columns]
+        lines = [self._mark(design, self._columns) for design in self._shown]
         legend = "A line is a design."
         if self._objectives:
             legend += (
@@ -190,7 +190,7 @@ class _Report:
         figures = []
         for pair in list(combinations(self._objectives, 2))[:MOST_PAIRS]:
             x, y = map(self._axis, pair)
-            points = [self._line(design, pair, labelled=True) for design in self._shown]
+            points = [self._mark(design, pair, labelled=True) for design in self._shown]
             best = [point.values for point in points if point.kind == "best"]
             # with more objectives, the front is a surface
             front = [(float(a), float(b)) for a, b in best] if len(self._objectives) == 2 else []
@@ -214,13 +214,13 @@ class _Report:
             found.sort(key=lambda each: -1.0 if math.isnan(each[1].share) else each[1].share, reverse=True)
             for dimension, of_dimension in found:
                 rows.append(_effect_row(objective, dimension, of_dimension))
-                points = [self._line(design, (dimension, objective)) for design in self._shown]
+                points = [self._mark(design, (dimension, objective)) for design in self._shown]
                 figures.append(f"<figure>{scatter_svg(self._axis(dimension), y, points)}</figure>")
         note = (
             "The share of the objective's variance that a dimension alone explains: the first-order "
             "sensitivity index (Saltelli et al. 2008). It is estimated from the designs that passed, by the "
-            "correlation ratio with Kelley's correction (1935). What two dimensions do only together is in "
-            "no share."
+            "correlation ratio with Kelley's correction (1935). The effects that two dimensions have only "
+            "together are in no share."
         )
         if self._plan.method is Method.OPTIMIZE:
             note += " An optimisation tries more designs where results are good. The shares are about them."
@@ -255,9 +255,8 @@ class _Report:
         return _panel("Designs", self._rows(ranked[:MOST_ROWS]) + _omitted(len(ranked), MOST_ROWS, "designs"))
 
     def _rows(self, designs: Sequence[Design]) -> str:
-        columns = [*self._dimensions, *(each for each in self._objectives if each.name not in self._names())]
         has_failed = any(not design.passed for design in designs)
-        names = ["Design", *(each.label for each in columns), "Runs passed", *["Reason"] * has_failed]
+        names = ["Design", *(each.label for each in self._columns), "Runs passed", *["Reason"] * has_failed]
         head = "".join(f'<th scope="col">{escaped(name)}</th>' for name in names)
         rows = []
         for design in designs:
@@ -265,7 +264,8 @@ class _Report:
             reason = next((row.reason or "" for row in design.rows if not row.passed), "")
             number = f"{design.number} ★" if design.number in self._best else str(design.number)
             cells = "".join(
-                f'<td class="number">{escaped(_plain(self._value(design, each)))}</td>' for each in columns
+                f'<td class="number">{escaped(_plain(self._value(design, each)))}</td>'
+                for each in self._columns
             )
             status = "passed" if design.passed else "failed"
             rows.append(
@@ -291,9 +291,6 @@ class _Report:
     def _axis(self, column: _Column) -> Axis:
         return axis(column.label, self._values(self._measured, column), column.texts, column.hint)
 
-    def _names(self) -> list[str]:
-        return [each.name for each in self._dimensions]
-
     def _sampled(self) -> str:
         more = len(self._measured) - len(self._shown)
         return f" {len(self._shown)} of {len(self._measured)} designs are drawn." if more else ""
@@ -308,13 +305,12 @@ class _Report:
         return [design.objectives[column.name] for design in designs]
 
     def _title(self, design: Design) -> str:
-        columns = [*self._dimensions, *(each for each in self._objectives if each.name not in self._names())]
-        values = ", ".join(f"{each.name} {each.text(self._value(design, each))}" for each in columns)
+        values = ", ".join(f"{each.name} {each.text(self._value(design, each))}" for each in self._columns)
         return f"Design {design.number}: {values}"
 
-    def _line(self, design: Design, columns: Sequence[_Column], *, labelled: bool = False) -> Line:
+    def _mark(self, design: Design, columns: Sequence[_Column], *, labelled: bool = False) -> Mark:
         is_best = design.number in self._best
-        return Line(
+        return Mark(
             tuple(self._value(design, each) for each in columns),
             self._title(design),
             self._shade(design),
@@ -327,14 +323,15 @@ class _Report:
         if not self._objectives:
             return 0.0
         name = self._objectives[0].name
-        if self._range is None:
-            values = [each.objectives[name] for each in self._measured]
-            self._range = (min(values), max(values))
         low, high = self._range
         share = (design.objectives[name] - low) / (high - low) if high > low else 0.0
         return 1.0 - share if self._plan.objectives[0].is_maximum else share
 
-    _range: tuple[float, float] | None = None
+    @cached_property
+    def _range(self) -> tuple[float, float]:
+        """The lowest and highest value of the first objective."""
+        values = self._floats(self._measured, self._objectives[0])
+        return min(values), max(values)
 
 
 def _units(sweep: Sweep) -> Mapping[str, str]:

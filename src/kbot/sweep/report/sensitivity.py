@@ -10,9 +10,10 @@ import numpy as np
 
 from kbot.sweep.space import Value
 
-MOST_GROUPS = 30
 _LEVELS = 10
-"""A dimension with at most so many values has a group for each. One with more is divided at its quantiles."""
+"""A dimension with at most this many values has a group for each. One with more is divided at quantiles."""
+_MOST_GROUPS = 30
+"""Groups of such a dimension. More would follow the noise of the objective."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +60,7 @@ def _groups(values: Sequence[Value]) -> np.ndarray[tuple[int], np.dtype[np.int_]
         number = {value: index for index, value in enumerate(different)}
         return np.array([number[value] for value in values], int)
     x = np.asarray(values, float)
-    groups = min(MOST_GROUPS, max(2, round(len(x) ** (1 / 3))))
+    groups = min(_MOST_GROUPS, max(2, round(len(x) ** (1 / 3))))
     return np.asarray(np.searchsorted(np.quantile(x, np.linspace(0, 1, groups + 1)[1:-1]), x, "right"), int)
 
 
