@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from kbot.identify.log import Array, DriveLog
+from kbot.identify.log import LONGEST_GAP, Array, DriveLog
 from kbot.text import KbotError
 from kbot.text.files import read_source
 from kbot.text.notes import note
@@ -22,8 +22,6 @@ COMMANDS = ("cmd_v", "cmd_w")
 GYRO = "imu_wz"
 COLUMNS = ("duration", "time", *WHEELS, *DISPLACEMENT, *POSE, *COMMANDS, GYRO)
 
-LONGEST_GAP = 60.0
-"""Time in s from which a gap may be a jump of the clock, such as from simulated time to wall-clock time."""
 _LARGEST, _LATEST = 1e6, 1e12
 """Largest number in SI units, and largest time in s: times since 1970 are about 2e9 s."""
 _FEW = 100.0

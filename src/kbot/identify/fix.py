@@ -9,7 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kbot.identify.nominal import Nominal
-from kbot.identify.result import Estimate, Identification
+from kbot.identify.result import (
+    LEFT_RADIUS,
+    RIGHT_RADIUS,
+    SENSOR_POSE,
+    WHEEL_SEPARATION,
+    Estimate,
+    Identification,
+)
 from kbot.kinematics.drive.declared import RADII, SEPARATION, DeclaredDrive, declared_drives, drive_controller
 from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.frames import FrameTree
@@ -19,8 +26,6 @@ from kbot.text import Edit, KbotError
 from kbot.text.edits import edited_texts
 from kbot.xacro.written_values import WantedValue, attribute_edits, number_text
 
-LEFT, RIGHT, WIDTH = "left_wheel_radius", "right_wheel_radius", "wheel_separation"
-SENSOR = ("sensor_x", "sensor_y", "sensor_yaw")
 _ROUND_SHAPES = ("cylinder", "sphere", "capsule")
 _EXACT = 1e-5
 """Difference in m or rad that is not written: no robot is built more exactly."""
@@ -52,6 +57,8 @@ def robot_fix(nominal: Nominal, found: Identification) -> RobotFix:
 
 
 class _Search:
+    """Finds the wanted values one after the other, and keeps those that edits can give together."""
+
     def __init__(self, nominal: Nominal, found: Identification) -> None:
         self._nominal, self._found = nominal, found
         self._robot = nominal.loaded.require()
@@ -69,12 +76,12 @@ class _Search:
 
     def search(self) -> RobotFix:
         changed = self._changed()
-        if LEFT in changed or RIGHT in changed:
+        if LEFT_RADIUS in changed or RIGHT_RADIUS in changed:
             self._write_radii()
-        if WIDTH in changed:
+        if WHEEL_SEPARATION in changed:
             self._write_separation()
-        if any(name in changed for name in SENSOR):
-            self._write_sensor([name for name in SENSOR if name in changed])
+        if any(name in changed for name in SENSOR_POSE):
+            self._write_sensor([name for name in SENSOR_POSE if name in changed])
         if self._wanted:
             self._fix.edits = attribute_edits(self._nominal.loaded.expansion, self._wanted).edits
         self._fix.edits = (*self._fix.edits, *self._yaml)
@@ -85,7 +92,7 @@ class _Search:
         names = []
         for name, estimate in self._found.parameters.items():
             nominal = estimate.nominal
-            if name not in (LEFT, RIGHT, WIDTH, *SENSOR):
+            if name not in (LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION, *SENSOR_POSE):
                 continue
             if nominal is None:
                 self._fix.not_written.append(f"{name}: the description does not have the sensor's link")
@@ -111,9 +118,13 @@ class _Search:
     def _write_radii(self) -> None:
         values = [
             _rounded(self._found.parameters[name]) if name in self._found.parameters else nominal
-            for name, nominal in ((LEFT, self._nominal.left), (RIGHT, self._nominal.right))
+            for name, nominal in ((LEFT_RADIUS, self._nominal.left), (RIGHT_RADIUS, self._nominal.right))
         ]
-        estimates = [self._found.parameters[name] for name in (LEFT, RIGHT) if name in self._found.parameters]
+        estimates = [
+            self._found.parameters[name]
+            for name in (LEFT_RADIUS, RIGHT_RADIUS)
+            if name in self._found.parameters
+        ]
         mean = _round_like(sum(values) / 2.0, estimates[0])
         if all(estimate.low <= mean <= estimate.high for estimate in estimates):
             values = [mean, mean]
@@ -123,7 +134,7 @@ class _Search:
         if not each:
             self._fix.not_written.append("the wheel radii: no shape of the wheels has a radius")
         elif values[0] != values[1] and self._accept(
-            "the wheel radii", each, f"{LEFT} {values[0]:g} m, {RIGHT} {values[1]:g} m"
+            "the wheel radii", each, f"{LEFT_RADIUS} {values[0]:g} m, {RIGHT_RADIUS} {values[1]:g} m"
         ):
             self._write_declared_radius(mean)
             self._write_multipliers([value / mean for value in values])
@@ -173,7 +184,7 @@ class _Search:
         return True
 
     def _write_separation(self) -> None:
-        estimate = self._found.parameters[WIDTH]
+        estimate = self._found.parameters[WHEEL_SEPARATION]
         drive = self._nominal.drive
         value = _rounded(estimate)
         apart = (value - drive.separation) / 2.0
@@ -186,12 +197,12 @@ class _Search:
                 index = int(np.abs(axis).argmax())
                 if abs(abs(axis[index]) - 1.0) > _STRAIGHT:
                     self._fix.not_written.append(
-                        f"{WIDTH}: the frame of '{name}' is not parallel to the axle"
+                        f"{WHEEL_SEPARATION}: the frame of '{name}' is not parallel to the axle"
                     )
                     return
                 moved = self._origin(joint).translation[index] + sign * apart * axis[index]
                 wanted.append(self._origin_value(joint, "xyz", index, float(moved)))
-        if self._accept(WIDTH, wanted, f"{WIDTH} {value:g} m"):
+        if self._accept(WHEEL_SEPARATION, wanted, f"{WHEEL_SEPARATION} {value:g} m"):
             controller = self._controller
             given = None if controller is None else controller.first(*SEPARATION)
             if controller is not None and given is not None:
@@ -232,10 +243,10 @@ class _Search:
         axle_from_parent = nominal.drive.axle_in_base.inverse() @ base_from_parent
         new = {
             name: _rounded(self._found.parameters[name]) if name in names else nominal.values[name]
-            for name in SENSOR
+            for name in SENSOR_POSE
         }
         before = axle_from_parent @ self._origin(joint)
-        x, y, yaw = (float(new[name] or 0.0) for name in SENSOR)
+        x, y, yaw = (float(new[name] or 0.0) for name in SENSOR_POSE)
         turn = Transform.from_xyz_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw - pose.yaw))
         turned = turn.rotation @ before.rotation
         moved = Transform.from_rotation_translation(turned, (x, y, float(before.translation[2])))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from kbot.identify.intervals import half_widths
-from kbot.identify.log import Array, Motions
+from kbot.identify.log import Array, Motions, wrapped
 from kbot.identify.noise import SMALLEST, Noise, Sources, estimate_noise, whitened
 from kbot.identify.odometry_model import (
     COUNT,
@@ -44,9 +44,11 @@ the mean derivative of the influence of a residual (P. Huber, Robust Statistics,
 _ROUGH = 6.0
 """Distance of an outlier in the first rounds, in units of the typical noise of a similar motion."""
 _ROUNDS = 12
+"""Rounds of an estimate and its outliers, after which they are used as they are."""
 _SETTLED = 5e-4
 """Share of the displacements that may still change between outliers and others when the search ends."""
 _STEPS = 30
+"""Steps of a search, and halvings of one step, after which it ends as it is."""
 _MAD = 1.4826
 """Standard deviation of Gaussian noise, divided by the median of its absolute value."""
 _SINGULAR = 1e-9
@@ -149,7 +151,7 @@ def _start(motions: Motions, nominal: Array) -> Array:
     has_yaw = np.isfinite(measured[:, 2])
     # a long turn is measured without its full turns
     expected = angles[has_yaw] @ before
-    turns = expected + _wrap(measured[has_yaw, 2] - expected)
+    turns = expected + wrapped(measured[has_yaw, 2] - expected)
     slopes = before + _least_absolute(angles[has_yaw], turns - expected, before)
     if not slopes.any():
         slopes = before
@@ -185,11 +187,6 @@ def _with_forward_wheels(parameters: Array) -> Array:
 def _turn(point: Array, angle: float) -> Array:
     cos, sin = np.cos(angle), np.sin(angle)
     return np.array([cos * point[0] - sin * point[1], sin * point[0] + cos * point[1]])
-
-
-def _wrap(angles: Array) -> Array:
-    wrapped: Array = (angles + np.pi) % (2.0 * np.pi) - np.pi
-    return wrapped
 
 
 def _least_absolute(matrix: Array, target: Array, sizes: Array) -> Array:
@@ -234,7 +231,7 @@ def _rough_outliers(parameters: Array, motions: Motions) -> NDArray[np.bool_]:
 def _weighted(parameters: Array, motions: Motions, noise: Noise) -> tuple[Array, Array, Array]:
     """The factor of the covariance, the derivatives (3 M, 6) and the residuals (3 M,)."""
     slopes = derivatives(parameters, motions)
-    sources = Sources(parameters, motions, np.real(predicted(parameters, motions)), slopes)
+    sources = _sources(parameters, motions, slopes)
     factor = sources.factor(noise.squares())
     while factor is None:  # rounding
         noise = Noise(*(2.0 * np.sqrt(noise.squares())).tolist())
@@ -245,8 +242,9 @@ def _weighted(parameters: Array, motions: Motions, noise: Noise) -> tuple[Array,
     return factor, slopes, left
 
 
-def _sources(parameters: Array, motions: Motions) -> Sources:
-    slopes = derivatives(parameters, motions)
+def _sources(parameters: Array, motions: Motions, slopes: Array | None = None) -> Sources:
+    """The sources of noise at an estimate. `slopes` are the derivatives there, if they are known."""
+    slopes = derivatives(parameters, motions) if slopes is None else slopes
     return Sources(parameters, motions, np.real(predicted(parameters, motions)), slopes)
 
 

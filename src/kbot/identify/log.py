@@ -12,6 +12,8 @@ from kbot.text import KbotError
 
 Array = NDArray[np.float64]
 
+LONGEST_GAP = 60.0
+"""Time in s from which a gap may be a jump of the clock, such as from simulated time to wall-clock time."""
 FEWEST_MOTIONS = 4
 """Six parameters need more than the six numbers of two displacements, and a scale of the noise needs more."""
 

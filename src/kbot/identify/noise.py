@@ -7,7 +7,7 @@ a log of an hour takes seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from scipy.linalg.lapack import dpbtrf, dtbtrs
@@ -49,19 +49,9 @@ class Noise:
     slip_walk: float
 
     def squares(self) -> Array:
-        return (
-            np.array(
-                [
-                    self.displacement_xy,
-                    self.displacement_yaw,
-                    self.pose_xy,
-                    self.pose_yaw,
-                    self.slip,
-                    self.slip_walk,
-                ]
-            )
-            ** 2
-        )
+        """(6,) the variances of the sources."""
+        sizes = np.array(astuple(self))
+        return sizes * sizes
 
 
 class Sources:

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from kbot.identify.csv_file import LONGEST_GAP
-from kbot.identify.log import Array, DriveLog
+from kbot.identify.log import LONGEST_GAP, Array, DriveLog
 from kbot.identify.nominal import Nominal
 from kbot.identify.scan_matching import Scan, matched_poses
 from kbot.kinematics.frames import FrameTree
@@ -43,6 +42,7 @@ _GOALS = ("goal", "initialpose", "target")
 _PERIOD = 0.1
 """Shortest time in s between two poses of the reference. More frequent ones add time, and little else."""
 _FEWEST = 2
+"""Poses of a reference, and messages of joint states, without which there is no motion."""
 
 
 @dataclass

@@ -9,17 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-KINEMATIC = (
-    "left_wheel_radius",
-    "right_wheel_radius",
-    "wheel_separation",
-    "sensor_x",
-    "sensor_y",
-    "sensor_yaw",
-)
+LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION = "left_wheel_radius", "right_wheel_radius", "wheel_separation"
+SENSOR_POSE = "sensor_x", "sensor_y", "sensor_yaw"
+KINEMATIC = (LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION, *SENSOR_POSE)
+"""The names of the parameters of the odometry model, in its order."""
+SCHEMA = 1
+"""Version of the JSON of `kbot identify`."""
 _MOST_DECIMALS = 6
 
-NO_RESULT: dict[str, Any] = {"schema": 1, "parameters": {}, "unobservable": [], "residual": {}}
+NO_RESULT: dict[str, Any] = {"schema": SCHEMA, "parameters": {}, "unobservable": [], "residual": {}}
 """The JSON after an error."""
 
 
@@ -75,7 +73,7 @@ class Identification:
     def to_json(self) -> dict[str, Any]:
         residual = self.residual
         return {
-            "schema": 1,
+            "schema": SCHEMA,
             "parameters": {name: estimate.to_json() for name, estimate in self.parameters.items()},
             "unobservable": list(self.unobservable),
             "residual": {

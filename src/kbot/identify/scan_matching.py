@@ -29,8 +29,9 @@ _FARTHEST = 0.3
 """Distance in m at which a point and a line still correspond, in the first rounds."""
 _ROUNDS = 25
 _DONE = 1e-6
-_SAME_SURFACE = 0.3
-"""Distance in m of neighbouring points on one surface, or a tenth of their range."""
+"""Change in m and rad after which a match has converged."""
+_SAME_SURFACE = 0.1
+"""Distance in m of neighbouring points on one surface, or this share of their range if that is longer."""
 _FEWEST = 30
 """Points with a line, below which a match is not used."""
 _LEAST_OVERLAP = 0.5
@@ -107,7 +108,7 @@ class _Lines:
         gaps = np.linalg.norm(np.stack([points - before, after - points]), axis=2).max(axis=0)
         ranges = np.linalg.norm(points, axis=1)
         with np.errstate(invalid="ignore"):
-            on_surface = gaps < np.maximum(_SAME_SURFACE / 3.0, ranges / 10.0)
+            on_surface = gaps < _SAME_SURFACE * np.maximum(1.0, ranges)
         self.points = points[on_surface]
         normals = np.column_stack([-along[on_surface, 1], along[on_surface, 0]])
         self.normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-12)[:, None]
