@@ -19,8 +19,8 @@ def main(table: str, picture: str) -> None:
     steps = np.cumsum([int(row["l"]) for row in rows])
     figure, axes = plt.subplots(figsize=(7.0, 3.2), layout="constrained")
     for outcome, colour in OUTCOMES.items():
-        was = np.array([row["outcome"] == outcome for row in rows], dtype=float)
-        share = np.convolve(was, np.full(WINDOW, 1.0 / WINDOW), "valid")
+        is_outcome = np.array([row["outcome"] == outcome for row in rows], dtype=float)
+        share = np.convolve(is_outcome, np.full(WINDOW, 1.0 / WINDOW), "valid")
         axes.plot(steps[WINDOW - 1 :], 100.0 * share, color=colour, label=outcome)
     axes.set(xlabel="steps", ylabel=f"% of the last {WINDOW} episodes", ylim=(0.0, 102.0))
     axes.set_xlim(0.0, steps[-1])

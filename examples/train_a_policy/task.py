@@ -8,7 +8,7 @@ TRAINING_ROOMS = ((1, 16), (17, 32))
 """First and last seed of the rooms in which the policy is trained, for each environment. An environment keeps
 16 worlds."""
 TEST_ROOMS = (1001, 1100)
-"""Of the rooms in which it is tested. The doors and the tables are elsewhere."""
+"""First and last seed of the rooms in which it is tested, whose doors and tables are elsewhere."""
 OPTIONS = {
     "robot": "kbot",
     "properties": {"lidar": True},

@@ -170,7 +170,7 @@ def test_it_stands_still_while_the_lidar_is_silent() -> None:
     assert controller.status == "driving"
     assert controller.update(at(0.8, obstacles=wall, obstacles_age=0.05)).linear.x > 0.0
     assert controller.update(at(2.9, obstacles=wall, obstacles_age=2.15)).linear.x == 0.0
-    assert str(controller.status) == "stuck: the lidar is silent since 2.1 s"
+    assert str(controller.status) == "stuck: the lidar has been silent for 2.1 s"
 
 
 def test_a_robot_that_fell_over_gives_up(blind: Policy) -> None:

@@ -50,7 +50,7 @@ class Noise:
 
     def squares(self) -> Array:
         """(6,) the variances of the sources."""
-        sizes = np.array(astuple(self))
+        sizes: Array = np.array(astuple(self))
         return sizes * sizes
 
 

@@ -18,20 +18,31 @@ from numpy.typing import ArrayLike
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.inputs import PolicyInterface, Vector
+from kbot.learn.option_checks import require_range
 from kbot.learn.randomisation import Deviations, Drawn, Randomisation
 from kbot.learn.robot_interface import REACH, policy_interface
 from kbot.learn.stage import MOST_KEPT, SEED, Library, Scene, Stage
 from kbot.learn.targets import Target
 from kbot.learn.tasks import TASKS
-from kbot.learn.tasks.task import ARRIVED, COLLIDED, COMMON_REWARDS, DIVERGED, FELL, TIME_LIMIT, Reward, Task
-from kbot.learn.values import require_range
+from kbot.learn.tasks.task import (
+    ARRIVED,
+    COLLIDED,
+    COMMON_REWARDS,
+    DIVERGED,
+    FELL,
+    TIME_LIMIT,
+    Reward,
+    Task,
+    require_started,
+)
 from kbot.messages.clock import NANOSECONDS
 from kbot.model import RobotModel
 from kbot.navigation.controller import Observation
-from kbot.navigation.simulated import UPRIGHT, LidarPoints, PoseSource
+from kbot.navigation.simulated import LidarPoints, PoseSource
 from kbot.robot import Value
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Motion, Simulation, SimulationDiverged, recipe
+from kbot.sim.motion_watch import UPRIGHT
 from kbot.sim.numbers import LONGEST, is_finite, positive
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
@@ -158,7 +169,7 @@ class Episodes:
         self._last_action: list[float] = self.interface.no_action.tolist()
         self._last_seen = np.zeros(len(self.interface.inputs), dtype=np.float32)
         self._pending: list[tuple[int, tuple[float, float, float]]] = []
-        self._map_from_odometry = ORIGIN
+        self._map_from_odometry = PlanarPose()
         self._begun = 0
         self._is_over = True
 
@@ -285,9 +296,7 @@ class Episodes:
         observation = Observation(now, pose, motion.twist, points, now - seen_at)
         if self._is_noisy:
             observation = self._drawn.noise.add(observation, self._random)
-        if self._target is None:
-            raise KbotError("the episode has not started: call reset first")
-        return self.interface.observe(observation, self._target, self._last_action)
+        return self.interface.observe(observation, require_started(self._target), self._last_action)
 
     def _end(self) -> None:
         """Undo what the last episode changed in its simulation."""
@@ -328,9 +337,6 @@ class Episodes:
             reverse=options.reverse,
             rate=options.rate,
         )
-
-
-ORIGIN = PlanarPose()
 
 
 def _has_fallen(simulation: Simulation) -> bool:

@@ -224,7 +224,7 @@ class PolicyController:
         """Stand still without a scan, and give up after a while."""
         silence = min(observation.obstacles_age, observation.time - self._begun)
         if silence > GIVE_UP:
-            return self.end(GoalState.STUCK, f"the lidar is silent since {silence:.1f} s")
+            return self.end(GoalState.STUCK, f"the lidar has been silent for {silence:.1f} s")
         self._command, self._due = STILL, -math.inf
         return STILL
 

@@ -78,7 +78,7 @@ class GoalTarget:
             raise KbotError(f"a goal must be two finite numbers, not {self.x}, {self.y}")
 
     def distance(self, pose: PlanarPose) -> float:
-        """m."""
+        """The distance in m from a pose to the goal."""
         return math.hypot(self.x - pose.x, self.y - pose.y)
 
     def values(self, pose: PlanarPose) -> list[float]:
@@ -104,7 +104,7 @@ class PathTarget:
         self._directions = pieces / self._lengths[:, None]
         self._begins = np.append(0.0, np.cumsum(self._lengths))
         self.length = float(self._begins[-1])
-        """m."""
+        """Length of the path in m."""
         self.path = path
         self.along = 0.0
         """The place on the path that the robot has reached, in m from the start."""

@@ -32,17 +32,14 @@ course in a curve."""
 _TURNING = 0.3
 """A base that drives sideways moves its furthest point by a metre when it turns by 1 / radius. This share of
 it counts as length: enough to avoid turns without a use, too little for a detour."""
-
-
 _ORIGIN = PlanarPose()
-
-
 _APPROACH = 3.0
 """Turning radii from the goal at which a base that steers looks for a direct way. Most turns need less."""
 _APPROACH_SIDEWAYS = 0.3
 """m. The same for a base that drives sideways."""
 _CELL, _SPACING = 0.2, 0.02
-"""Turning radii, or m for a base that drives sideways. Direct connections use the spacing only."""
+"""Size of a cell, and distance of the poses of a path: turning radii, or m for a base that drives sideways.
+Direct connections use the spacing only."""
 
 
 class BaseKind(StrEnum):

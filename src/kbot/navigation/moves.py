@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.controller import wrapped as wrapped_angle
-from kbot.navigation.reeds_shepp import along_arc, distances, path_between
+from kbot.navigation.reeds_shepp import along_arc, distances, path_between, wrapped
 
 Values = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class HolonomicMoves:
         straight = np.hypot(goal.x - poses[:, 0], goal.y - poses[:, 1])
         if any_heading:
             return straight
-        turn = _wrapped(goal.yaw - poses[:, 2])
+        turn = wrapped(goal.yaw - poses[:, 2])
         with_turn: Values = straight + self._turning * np.abs(turn)
         return with_turn
 
@@ -156,10 +156,4 @@ class HolonomicMoves:
 def _steps(poses: Values) -> tuple[Values, Values, Values]:
     """The changes of x, y and heading between each two poses."""
     x, y, turn = np.diff(poses, axis=0).T
-    return x, y, _wrapped(turn)
-
-
-def _wrapped(angles: Values) -> Values:
-    """The same angles between -pi and pi."""
-    wrapped: Values = np.mod(angles + math.pi, 2.0 * math.pi) - math.pi
-    return wrapped
+    return x, y, wrapped(turn)

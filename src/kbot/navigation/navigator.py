@@ -158,6 +158,12 @@ def require_goal(goal: PlanarPose) -> None:
         raise KbotError(f"the goal ({goal.x:g}, {goal.y:g}) is further than {FURTHEST:g} m from the origin")
 
 
+def require_timeout(timeout: float | None) -> None:
+    """Raises KbotError: the time limit of a goal is not a finite number of seconds above 0."""
+    if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
+        raise KbotError(f"a timeout must be a finite number of seconds above 0, not {timeout}")
+
+
 def follow(path: Path, limits: ControllerLimits) -> PathFollower:
     """Regulated pure pursuit that cuts corners by less than the free room beside the path."""
     room = 0.06 if path.margin is None else path.margin
@@ -220,8 +226,7 @@ class Navigator:
             KbotError: a number is not finite, the goal is too far away, or the timeout is not above 0.
         """
         require_goal(goal)
-        if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
-            raise KbotError(f"a timeout must be a finite number of seconds above 0, not {timeout}")
+        require_timeout(timeout)
         self._turning_centre.interrupt()
         self.path, self._timeout = None, timeout
         limits = self.settings.limits

@@ -8,8 +8,7 @@ its pieces in reverse order (backwards).
 
 All lengths are multiples of the radius. Whole arrays of poses are computed at once, because a search needs
 thousands of distances. On PyPI, `ompl` (BSD) has no wheels for Windows, `reeds-shepp` (MIT) has none at all,
-and the
-paths of `rsplan` (MIT) are too long in a third of random cases.
+and the paths of `rsplan` (MIT) are too long in a third of random cases.
 """
 
 from __future__ import annotations
@@ -136,10 +135,10 @@ def _positive(angle: Values) -> Values:
     return np.where(positive > _TURNS - _ROUNDING, 0.0, positive)
 
 
-def _wrap(angle: Values) -> Values:
+def wrapped(angle: Values) -> Values:
     """The same angle from -pi to pi."""
-    wrapped: Values = np.mod(angle + np.pi, _TURNS) - np.pi
-    return wrapped
+    turned: Values = np.mod(angle + np.pi, _TURNS) - np.pi
+    return turned
 
 
 def _csc_same(xi: Values, eta: Values, turn: Values) -> _Word:
@@ -164,7 +163,7 @@ def _ccc(xi: Values, eta: Values, turn: Values) -> _Word:
     away = np.hypot(xi, eta)
     u = -2.0 * np.arcsin(np.minimum(away, 4.0) / 4.0)
     t = _positive(np.arctan2(eta, xi) + u / 2.0 + np.pi)
-    v = _wrap(turn - t + u)
+    v = wrapped(turn - t + u)
     return "LRL", np.stack([t, u, v]), away <= 4.0
 
 
@@ -190,7 +189,7 @@ def _ccsc_same(xi: Values, eta: Values, turn: Values) -> _Word:
     r = np.sqrt(away * away - 4.0)
     u = 2.0 - r
     t = _positive(np.arctan2(eta, xi) + np.arctan2(r, -2.0))
-    v = _wrap(turn - np.pi / 2.0 - t)
+    v = wrapped(turn - np.pi / 2.0 - t)
     quarter = np.full_like(t, -np.pi / 2.0)
     return "LRSL", np.stack([t, quarter, u, v]), (away >= 2.0) & (u <= _ROUNDING) & (v <= _ROUNDING)
 
@@ -200,7 +199,7 @@ def _ccsc_other(xi: Values, eta: Values, turn: Values) -> _Word:
     away = np.hypot(xi, eta)
     t = _positive(np.arctan2(xi, -eta))
     u = 2.0 - away
-    v = _wrap(t + np.pi / 2.0 - turn)
+    v = wrapped(t + np.pi / 2.0 - turn)
     quarter = np.full_like(t, -np.pi / 2.0)
     return "LRSR", np.stack([t, quarter, u, v]), (away >= 2.0) & (v <= _ROUNDING)
 
@@ -210,7 +209,7 @@ def _ccscc(xi: Values, eta: Values, turn: Values) -> _Word:
     away = np.hypot(xi, eta)
     u = 4.0 - np.sqrt(away * away - 4.0)
     t = _positive(np.arctan2((4.0 - u) * xi - 2.0 * eta, -2.0 * xi + (u - 4.0) * eta))
-    v = _wrap(t - turn)
+    v = wrapped(t - turn)
     quarter = np.full_like(t, -np.pi / 2.0)
     return (
         "LRSLR",
@@ -221,12 +220,12 @@ def _ccscc(xi: Values, eta: Values, turn: Values) -> _Word:
 
 def _tau_omega(u: Values, v: Values, xi: Values, eta: Values, turn: Values) -> tuple[Values, Values]:
     """The first and the last piece of a word with four curves (8.6)."""
-    delta = _wrap(u - v)
+    delta = wrapped(u - v)
     a, b = np.sin(u) - np.sin(delta), np.cos(u) - np.cos(delta) - 1.0
     angle = np.arctan2(eta * a - xi * b, xi * a + eta * b)
     side = 2.0 * (np.cos(delta) - np.cos(v) - np.cos(u)) + 3.0
     tau = _positive(np.where(side < 0.0, angle + np.pi, angle))
-    return tau, _wrap(tau - u + v - turn)
+    return tau, wrapped(tau - u + v - turn)
 
 
 _FORMULAS: tuple[Callable[[Values, Values, Values], _Word], ...] = (

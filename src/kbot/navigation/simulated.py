@@ -24,6 +24,8 @@ from kbot.navigation.simulated_shape import world_without_loads
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation
+from kbot.sim.motion_watch import UPRIGHT
+from kbot.sim.report import Odometer
 from kbot.text import KbotError
 from kbot.world.occupancy import OccupancyGrid
 from kbot.world.occupancy_of_world import HEIGHTS, world_grid
@@ -44,8 +46,6 @@ MOST_FINE_CELLS = 4_000_000
 """Size of a cell in m, and number of cells, of the map for narrow ways."""
 LEVEL = math.cos(math.radians(5.0))
 """Cosine of the angle by which a lidar may be tilted to count as level."""
-UPRIGHT = math.cos(math.radians(60.0))
-"""Upward component of the root link's z axis below which a robot has fallen over. Ramps are less steep."""
 
 
 def robot_planner(
@@ -261,7 +261,7 @@ def go_to(
             navigator.guard_with_lidar(moves.outline, lidar.spec.rate)
     begun = simulation.time
     status = navigator.go(goal, timeout, any_heading)
-    odometer = _Odometer(simulation)
+    odometer = Odometer(simulation)
     seen = LidarPoints(lidar) if lidar is not None else None
     pilot = Pilot(simulation, navigator, pose=pose, seen=seen)
     collisions = CollisionWatch(simulation)
@@ -271,7 +271,6 @@ def go_to(
         while not status.state.is_end:
             simulation.run(1.0 / RATE)
             status = navigator.status or status
-            odometer.sample()
             if first_path == 0.0 and navigator.path is not None:
                 first_path = navigator.path.length
         took = simulation.time - begun
@@ -281,22 +280,8 @@ def go_to(
         pilot.close()
         collisions.close()
         arrival.close()
-    odometer.sample()
+        odometer.close()
     true = simulation.ground_truth.pose
     odometry = pilot.start @ simulation.odometry.pose
     error = math.hypot(true.x - odometry.x, true.y - odometry.y)
     return Trip(status, took, odometer.distance, first_path, true, error, collisions.collided, arrival.time)
-
-
-class _Odometer:
-    """Sums up the true distance that the base moves."""
-
-    def __init__(self, simulation: Simulation) -> None:
-        self._simulation = simulation
-        self._last = simulation.ground_truth.pose
-        self.distance = 0.0
-
-    def sample(self) -> None:
-        pose = self._simulation.ground_truth.pose
-        self.distance += math.hypot(pose.x - self._last.x, pose.y - self._last.y)
-        self._last = pose

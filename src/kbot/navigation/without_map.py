@@ -26,7 +26,7 @@ from kbot.navigation.local.pose_estimate import PoseEstimate
 from kbot.navigation.local.rolling_grid import SensorPlace
 from kbot.navigation.local.scan_matching import Match, ScanMatcher
 from kbot.navigation.mobility import BaseKind, mobility
-from kbot.navigation.simulated import Trip, level_lidars
+from kbot.navigation.simulated import Trip, base_from_lidar, level_lidars
 from kbot.navigation.simulated_shape import loads
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.imu import ImuSensor
@@ -49,12 +49,10 @@ _ODOMETRY_SILENCE = 0.1
 class _Lidar:
     """A lidar of the robot, and where it is on the base."""
 
-    def __init__(self, sensor: LidarSensor, base: str, load: Outline | None = None) -> None:
+    def __init__(self, sensor: LidarSensor, load: Outline | None = None) -> None:
         """`load` is the outline of a robot with a load, which the lidar may detect."""
-        simulation, spec = sensor.simulation, sensor.spec
         self.sensor, self._load = sensor, load
-        base_from_link = simulation.link_pose(base).inverse() @ simulation.link_pose(spec.link)
-        self.base_from_sensor: NDArray[np.float64] = (base_from_link @ spec.pose).matrix
+        self.base_from_sensor = base_from_lidar(sensor)
         self.stamp = -math.inf
         self.points: NDArray[np.float64] | None = None
         self.matcher = ScanMatcher()
@@ -142,7 +140,7 @@ class LocalPilot:
         self._simulation, self._navigator = simulation, navigator
         self._wheels = _WheelOdometry(simulation)
         self._odometry = odometry or self._wheels
-        self._lidars = [_Lidar(lidar, base, load) for lidar in lidars]
+        self._lidars = [_Lidar(lidar, load) for lidar in lidars]
         self._after = after
         self._attitude: Attitude | None = None
         self._begin_estimate()
@@ -323,8 +321,7 @@ def go_to_without_map(
 
     Raises:
         KbotError: the robot cannot drive, has no size or no level lidar, a number is not finite or not above
-        0,
-            or the goal is too far away.
+            0, or the goal is too far away.
     """
     navigator, lidars = local_navigator(simulation, max_speed, settings)
     status = navigator.go(goal, any_heading, arrive, timeout)

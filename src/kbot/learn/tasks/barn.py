@@ -22,12 +22,12 @@ from kbot.learn.barn_worlds import (
     metric,
     read_barn_worlds,
 )
+from kbot.learn.option_checks import require_length
 from kbot.learn.stage import Scene, Stage
 from kbot.learn.targets import GoalTarget
 from kbot.learn.tasks.approach import Approach
-from kbot.learn.tasks.goal import PROGRESS, started
-from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task
-from kbot.learn.values import require_length
+from kbot.learn.tasks.goal import PROGRESS
+from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 
@@ -93,7 +93,7 @@ class BarnTask(Task):
         return Start(START, goal, facts)
 
     def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
-        approach = started(self._approach)
+        approach = require_started(self._approach)
         if self._begun is not None:
             self._begun += seconds
         elif hypot(pose.x - START.x, pose.y - START.y) > _BEGUN:

@@ -10,10 +10,10 @@ from typing import ClassVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
+from kbot.learn.option_checks import LONGEST, require_length, require_range
 from kbot.learn.stage import Stage
 from kbot.learn.targets import PathTarget
-from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task
-from kbot.learn.values import LONGEST, require_length, require_range
+from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
@@ -34,7 +34,7 @@ class FollowTask(Task):
 
     target: ClassVar[str] = "path"
     rewards: ClassVar[Mapping[str, Reward]] = {
-        "progress": Reward(1.0, "m by which the robot came forward on the path"),
+        "progress": Reward(1.0, "m by which the robot advanced along the path"),
         "offset": Reward(-1.0, "distance in m from the path, times the seconds that passed"),
     }
     outcomes: ClassVar[Mapping[str, str]] = {LEFT_PATH: "the robot is too far from the path: terminated"}
@@ -70,9 +70,7 @@ class FollowTask(Task):
         return Start(pose, PathTarget(path), {"path": path.points, "way": path.length})
 
     def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
-        follower = self._follower
-        if follower is None:
-            raise KbotError("the episode has not started: call reset first")
+        follower = require_started(self._follower)
         follower.advance(pose)
         progress, self._along = follower.along - self._along, follower.along
         outcome = ""

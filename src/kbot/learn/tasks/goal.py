@@ -10,11 +10,11 @@ from typing import ClassVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
+from kbot.learn.option_checks import LONGEST, require_length, require_range
 from kbot.learn.stage import Stage
 from kbot.learn.targets import GoalTarget
 from kbot.learn.tasks.approach import Approach
-from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task
-from kbot.learn.values import LONGEST, require_length, require_range
+from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
 from kbot.text import KbotError
 
 PROGRESS = Reward(1.0, "m by which the shortest way to the goal around obstacles became shorter")
@@ -57,13 +57,6 @@ class GoalTask(Task):
         return Start(pose, goal, {"goal": np.array([x, y]), "way": approach.left})
 
     def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
-        approach = started(self._approach)
+        approach = require_started(self._approach)
         arrived = approach.goal.distance(pose) <= self.arrive
         return {"progress": approach.advance(pose)}, ARRIVED if arrived else ""
-
-
-def started(approach: Approach | None) -> Approach:
-    """Raises KbotError: no episode has started."""
-    if approach is None:
-        raise KbotError("no episode has started: call reset first")
-    return approach

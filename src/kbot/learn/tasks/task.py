@@ -5,13 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.stage import Scene, Stage
 from kbot.learn.targets import Target
+from kbot.text import KbotError
+
+T = TypeVar("T")
 
 ARRIVED, COLLIDED, FELL, DIVERGED = "arrived", "collided", "fell", "diverged"
 TIME_LIMIT = "time limit"
@@ -52,6 +55,13 @@ class Start:
     pose: PlanarPose
     target: Target
     facts: Mapping[str, object] = field(default_factory=dict)
+
+
+def require_started(value: T | None) -> T:
+    """A value that the start of an episode sets. Raises KbotError: no episode has started."""
+    if value is None:
+        raise KbotError("the episode has not started: call reset first")
+    return value
 
 
 class Task(ABC):

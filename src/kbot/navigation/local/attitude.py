@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.sim.motion_watch import UPRIGHT
+
 _SMOOTHING = 0.3
 """s. Time constant of the mean acceleration. Shocks and braking do not last as long."""
-_TIPPED = math.cos(math.radians(60.0))
-"""Upward share of gravity below which a robot has fallen over. Ramps are less steep."""
 
 
 class Attitude:
@@ -42,8 +42,8 @@ class Attitude:
             return ""
         size = float(np.linalg.norm(self._force))
         up = float(self._force[2]) / size if size > 0.0 else 1.0
-        if up >= _TIPPED:
+        if up >= UPRIGHT:
             return ""
         tilt = round(math.degrees(math.acos(max(-1.0, up))))
-        where = "back" if up < -_TIPPED else "side"
+        where = "back" if up < -UPRIGHT else "side"
         return f"the robot lies on its {where}: its IMU measures a tilt of {tilt}°"

@@ -27,7 +27,7 @@ from kbot.navigation.local.moving_obstacles import MovingObstacle, MovingObstacl
 from kbot.navigation.local.other_bases import sampling_for
 from kbot.navigation.local.rolling_grid import RollingGrid, SensorPlace
 from kbot.navigation.local.trajectory_sampling import SamplingSettings
-from kbot.navigation.navigator import require_goal
+from kbot.navigation.navigator import require_goal, require_timeout
 from kbot.navigation.obstacle_guard import ObstacleGuard
 from kbot.text import KbotError
 
@@ -170,8 +170,7 @@ class LocalNavigator:
         require_goal(goal)
         if not (math.isfinite(arrive) and arrive > 0.0):
             raise KbotError(f"the arrival radius must be a finite number of metres above 0, not {arrive}")
-        if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
-            raise KbotError(f"a timeout must be a finite number of seconds above 0, not {timeout}")
+        require_timeout(timeout)
         self._moving.clear()
         self._run = _Run(goal, any_heading, arrive, timeout)
         self._sweeping = self._cost_to_go = None

@@ -22,8 +22,6 @@ _RESERVE = 0.8
 """Share of the acceleration that a controller uses, so that the robot can brake harder than planned."""
 _TURN_GRIP = 8.0
 """rad/s^2. The same for turns, measured on a skid-steer robot of 0.4 m that declares 25 rad/s^2."""
-
-
 _CURVE_GRIP = 1.5
 """m/s^2. Highest acceleration across the robot in a curve. A skid-steer robot drifts sideways at 0.4 m/s in a
 curve with 2.5 m/s^2, and the wheels do not measure that."""

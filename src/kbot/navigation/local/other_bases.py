@@ -10,7 +10,13 @@ import numpy as np
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.navigation.local.footprint_clearance import FootprintClearance
 from kbot.navigation.local.motion_limits import MotionLimits
-from kbot.navigation.local.trajectory_sampling import SamplingSettings, TrajectorySampling, Values, limited
+from kbot.navigation.local.trajectory_sampling import (
+    SamplingSettings,
+    TrajectorySampling,
+    Values,
+    accumulated,
+    limited,
+)
 
 _STEERED_REVERSE = 0.5
 """Share of the highest speed with which a base that must reverse to turn around does so."""
@@ -75,17 +81,11 @@ class HolonomicSampling(TrajectorySampling):
         share = np.minimum(np.float32(1.0), np.float32(limits.linear) / np.maximum(speed, np.float32(1e-6)))
         v, u, speed = v * share, u * share, speed * share
         w = limited(commands[1], twist.yaw, float(step) * limits.angular_acceleration)
-        turned = w.cumsum(axis=0)
-        turned *= step
-        turned += np.float32(pose.yaw)
+        turned = accumulated(w, step, pose.yaw)
         middle = turned - w * (step / 2)
         cos, sin = np.cos(middle), np.sin(middle)
         x, y = v * cos - u * sin, v * sin + u * cos
-        for along, start in ((x, pose.x), (y, pose.y)):
-            along.cumsum(axis=0, out=along)
-            along *= step
-            along += np.float32(start)
-        return x, y, turned, speed, w
+        return accumulated(x, step, pose.x), accumulated(y, step, pose.y), turned, speed, w
 
 
 class SteeredSampling(TrajectorySampling):
@@ -154,16 +154,10 @@ class SteeredSampling(TrajectorySampling):
         np.minimum(curvature, most, out=curvature)
         np.maximum(curvature, -most, out=curvature)
         w = v * curvature
-        turned = w.cumsum(axis=0)
-        turned *= step
-        turned += np.float32(pose.yaw)
+        turned = accumulated(w, step, pose.yaw)
         middle = turned - w * (step / 2)
         x, y = v * np.cos(middle), v * np.sin(middle)
-        for along, start in ((x, pose.x), (y, pose.y)):
-            along.cumsum(axis=0, out=along)
-            along *= step
-            along += np.float32(start)
-        return x, y, turned, v, w
+        return accumulated(x, step, pose.x), accumulated(y, step, pose.y), turned, v, w
 
 
 def sampling_for(

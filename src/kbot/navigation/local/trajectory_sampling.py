@@ -30,8 +30,6 @@ the bytes. The rounding of 1e-7 is far below a cell."""
 
 _COLLISION = 100.0
 """Cost in m of a sample that touches an obstacle. It is above every other cost."""
-
-
 _MOVING_COLLISION = 20.0
 """Cost in m of a sample that a moving obstacle hits at once while the robot stands, and twice as much at full
 speed. It is above the cost of any way round."""
@@ -215,9 +213,7 @@ class TrajectorySampling:
         turn = np.minimum(commands[1], fastest)
         np.maximum(turn, -fastest, out=turn)
         w = limited(turn, twist.yaw, float(step) * limits.angular_acceleration)
-        turned = w.cumsum(axis=0)
-        turned *= step
-        turned += np.float32(pose.yaw)
+        turned = accumulated(w, step, pose.yaw)
         middle = turned - w * (step / 2)
         cos, sin = np.cos(middle), np.sin(middle)
         x, y = v * cos, v * sin
@@ -226,11 +222,7 @@ class TrajectorySampling:
             across *= np.float32(-limits.drift)
             x -= across * sin
             y += across * cos
-        for along, start in ((x, pose.x), (y, pose.y)):
-            along.cumsum(axis=0, out=along)
-            along *= step
-            along += np.float32(start)
-        return x, y, turned, v, w
+        return accumulated(x, step, pose.x), accumulated(y, step, pose.y), turned, v, w
 
     def _least_clearance(self, pose: PlanarPose, field: DistanceField) -> float:
         """The clearance in m that no pose may fall below. A robot that is nearer may only move away."""
@@ -318,6 +310,14 @@ def limited(targets: Values, start: float, change: float) -> Values:
         np.minimum(speed, highest, out=speed)
         before = speed
     return speeds
+
+
+def accumulated(rates: Values, step: np.float32, start: float) -> Values:
+    """The values (steps, samples) after each step of some seconds, with rates of change per second."""
+    values: Values = rates.cumsum(axis=0)
+    values *= step
+    values += np.float32(start)
+    return values
 
 
 def _interpolation(knots: int, steps: int) -> Values:

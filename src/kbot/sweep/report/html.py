@@ -219,8 +219,8 @@ class _Report:
         note = (
             "The share of the objective's variance that a dimension alone explains: the first-order "
             "sensitivity index (Saltelli et al. 2008). It is estimated from the designs that passed, by the "
-            "correlation ratio with Kelley's correction (1935). The effects that two dimensions have only "
-            "together are in no share."
+            "correlation ratio with Kelley's correction (1935). The shares do not include effects that two "
+            "dimensions have only together."
         )
         if self._plan.method is Method.OPTIMIZE:
             note += " An optimisation tries more designs where results are good. The shares are about them."

@@ -35,8 +35,8 @@ def effect(values: Sequence[Value], objective: Sequence[float]) -> Effect:
     The share is the first-order sensitivity index Var(E[Y|X]) / Var(Y) of Saltelli et al., *Global
     Sensitivity Analysis: The Primer* (2008). It is estimated from the given designs by the correlation ratio
     of the groups of X. The correction for the number of groups is that of Kelley, *An Unbiased Correlation
-    Ratio Measure*, PNAS 21 (1935): a dimension without an effect has a share near 0. Interactions of two
-    dimensions are part of neither share.
+    Ratio Measure*, PNAS 21 (1935): a dimension without an effect has a share near 0. The shares do not
+    include effects that two dimensions have only together.
     """
     y = np.asarray(objective, float)
     group = _groups(values)
