@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from kbot.identify.intervals import half_widths
+from kbot.identify.intervals import DEVIATION_OF_MAD, half_widths
 from kbot.identify.log import Array, DriveLog, Motions
 from kbot.identify.nominal import Nominal
 
 ENCODER, GYRO, DELAY, TIME_CONSTANT = "encoder_scale", "gyro_scale", "delay", "motor_time_constant"
 _LONGEST_DELAY, _LONGEST_TIME_CONSTANT = 2.0, 3.0
+"""Bounds of the search in s, above those of any drive."""
 _SHORTEST = 1e-3
 """Shortest time constant in s: a shorter one is not distinguished from none."""
 _DELAYS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.5)
 _TIME_CONSTANTS = (0.005, 0.03, 0.1, 0.25, 0.6, 1.5)
-"""Where the search starts: at the best of these."""
+"""s. The search starts at the best of these."""
 _FEWEST = 20
 """Intervals with commands and wheel speeds."""
 _FEWEST_CHANGES = 3
@@ -33,6 +34,8 @@ _OUTLIER = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Interval:
+    """The value of a parameter, and the ends of its 95 % interval."""
+
     value: float
     low: float
     high: float
@@ -64,7 +67,7 @@ def gyro_scale(log: DriveLog, motions: Motions, is_outlier: NDArray[np.bool_]) -
             return None
         found = np.linalg.solve(cross, instruments.T @ measured)
         errors = measured - columns @ found
-        spread = 1.4826 * float(np.median(np.abs(errors))) + 1e-12
+        spread = DEVIATION_OF_MAD * float(np.median(np.abs(errors))) + 1e-12
         kept = np.abs(errors) < _OUTLIER * spread
         if kept.all():
             break
@@ -107,7 +110,7 @@ def response(log: DriveLog, nominal: Nominal) -> dict[str, Interval]:
     for _ in range(2):
         start = _fitted(model, measured, kept, start)
         errors = np.abs(measured - start[0] * model.unit(start[1], start[2])).max(axis=1)
-        spread = 1.4826 * float(np.median(errors)) + 1e-9
+        spread = DEVIATION_OF_MAD * float(np.median(errors)) + 1e-9
         # the response differs from the model most where the command changes: only gross errors are left out
         kept = errors < np.maximum(_OUTLIER * spread, 0.3 * np.abs(measured).max())
     start = _fitted(model, measured, kept, start)

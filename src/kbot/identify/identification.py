@@ -10,7 +10,17 @@ from kbot.identify.kinematic import KinematicFit, fit
 from kbot.identify.log import Array, DriveLog, Motions, motions_of
 from kbot.identify.nominal import Nominal
 from kbot.identify.odometry_model import CURVATURE, LEFT, RIGHT, YAW, residuals
-from kbot.identify.result import KINEMATIC, Estimate, Identification, Residual
+from kbot.identify.result import (
+    LEFT_RADIUS,
+    RIGHT_RADIUS,
+    SENSOR_X,
+    SENSOR_Y,
+    SENSOR_YAW,
+    WHEEL_SEPARATION,
+    Estimate,
+    Identification,
+    Residual,
+)
 from kbot.text import KbotError
 
 _WIDEST = 0.5
@@ -22,15 +32,16 @@ _SEPARATIONS = (1.0 / 3.0, 1.0, 3.0)
 """If a log does not show the wheel separation, the radii of the wheels must hold for these multiples of the
 description's separation. Two unequal wheels drive a curve whose radius depends on the separation."""
 
-UNITS = dict(zip(KINEMATIC, ("m", "m", "m", "m", "m", "rad"), strict=True))
-_NEEDED = {
-    "left_wheel_radius": "needs drives along a line and turns, with a reference of translation and rotation",
-    "right_wheel_radius": "needs drives along a line and turns, with a reference of translation and rotation",
-    "wheel_separation": "needs turns, and drives along a line",
-    "sensor_x": "needs turns",
-    "sensor_y": "needs turns",
-    "sensor_yaw": "needs drives along a line, with a reference of translation",
+_LINES_AND_TURNS = "needs drives along a line and turns, with a reference of translation and rotation"
+_KINEMATIC = {
+    LEFT_RADIUS: ("m", _LINES_AND_TURNS),
+    RIGHT_RADIUS: ("m", _LINES_AND_TURNS),
+    WHEEL_SEPARATION: ("m", "needs turns, and drives along a line"),
+    SENSOR_X: ("m", "needs turns"),
+    SENSOR_Y: ("m", "needs turns"),
+    SENSOR_YAW: ("rad", "needs drives along a line, with a reference of translation"),
 }
+"""Unit, and what a log needs, in the order of the parameters."""
 _DYNAMIC: dict[str, tuple[str, float | None, str]] = {
     ENCODER: ("1", 1.0, "needs commands (cmd_v, cmd_w)"),
     GYRO: ("1", 1.0, "needs a gyro (imu_wz), turns, and a reference of rotation"),
@@ -63,12 +74,12 @@ def identify(log: DriveLog, nominal: Nominal) -> Identification:
         low[CURVATURE], high[CURVATURE] = -np.inf, np.inf
     is_observable = _is_observable(low, high, nominal)
     estimates, unobservable = {}, {}
-    for index, name in enumerate(KINEMATIC):
+    for index, (name, (unit, needed)) in enumerate(_KINEMATIC.items()):
         if is_observable[index]:
             numbers = (float(value[index]), float(low[index]), float(high[index]))
-            estimates[name] = Estimate(*numbers, UNITS[name], nominal.values[name])
+            estimates[name] = Estimate(*numbers, unit, nominal.values[name])
         else:
-            unobservable[name] = _NEEDED[name]
+            unobservable[name] = needed
     _add_dynamic(log, nominal, motions, found, estimates, unobservable)
     kept = motions.only(~found.is_outlier)
     translation, rotation = _root_mean_square(found.errors[~found.is_outlier])
@@ -127,6 +138,7 @@ def _bounds(parameters: Array, half_widths: Array) -> tuple[Array, Array]:
 
 
 def _is_observable(low: Array, high: Array, nominal: Nominal) -> NDArray[np.bool_]:
+    """(6,) which parameters the log shows: those with an interval that is narrow for their size."""
     observable = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(observable, low, 0.0), np.where(observable, high, 0.0)
     # a robot may be several times as large as its description says

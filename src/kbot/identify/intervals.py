@@ -16,9 +16,12 @@ from scipy.stats import t as student
 from kbot.identify.log import Array
 
 LEVEL = 0.95
+DEVIATION_OF_MAD = 1.4826
+"""Standard deviation of Gaussian noise, divided by the median of its absolute value."""
 _MOST_COSINES = 40
 """With 40 degrees of freedom an interval is 3 % wider than with infinitely many."""
 _FEWEST_COSINES = 4
+"""For a short log. With fewer degrees of freedom, an interval is too wide to be of use."""
 
 
 def half_widths(derivatives: Array, residuals: Array, contrasts: Array, group: int) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from kbot.identify.intervals import half_widths
+from kbot.identify.intervals import DEVIATION_OF_MAD, half_widths
 from kbot.identify.log import Array, Motions, wrapped
 from kbot.identify.noise import SMALLEST, Noise, Sources, estimate_noise, whitened
 from kbot.identify.odometry_model import (
@@ -49,8 +49,6 @@ _SETTLED = 5e-4
 """Share of the displacements that may still change between outliers and others when the search ends."""
 _STEPS = 30
 """Steps of a search, and halvings of one step, after which it ends as it is."""
-_MAD = 1.4826
-"""Standard deviation of Gaussian noise, divided by the median of its absolute value."""
 _SINGULAR = 1e-9
 """Ratio of singular values below which a combination of parameters has no effect on the log."""
 _UNCERTAIN = 5.0
@@ -223,7 +221,7 @@ def _rough_outliers(parameters: Array, motions: Motions) -> NDArray[np.bool_]:
             slopes = np.array([0.0, *_least_absolute(matrix[:, 1:], errors[is_known], sizes[1:])])
         if slopes[1] < 0.0:
             slopes = np.array([float(np.median(errors[is_known])), 0.0])
-        typical = np.maximum(_MAD * (matrix @ slopes), smallest)
+        typical = np.maximum(DEVIATION_OF_MAD * (matrix @ slopes), smallest)
         found[is_known] |= errors[is_known] > _ROUGH * typical
     return found
 

@@ -9,6 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kbot.identify.log import Array
+from kbot.identify.result import (
+    LEFT_RADIUS,
+    RIGHT_RADIUS,
+    SENSOR_X,
+    SENSOR_Y,
+    SENSOR_YAW,
+    WHEEL_SEPARATION,
+)
 from kbot.kinematics.drive.declared import declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.frames import FrameTree
@@ -59,12 +67,12 @@ class Nominal:
         """The nominal value of each kinematic parameter."""
         sensor = self.axle_from_sensor
         return {
-            "left_wheel_radius": self.left,
-            "right_wheel_radius": self.right,
-            "wheel_separation": self.drive.separation,
-            "sensor_x": None if sensor is None else sensor.x,
-            "sensor_y": None if sensor is None else sensor.y,
-            "sensor_yaw": None if sensor is None else math.remainder(sensor.yaw, math.tau),
+            LEFT_RADIUS: self.left,
+            RIGHT_RADIUS: self.right,
+            WHEEL_SEPARATION: self.drive.separation,
+            SENSOR_X: None if sensor is None else sensor.x,
+            SENSOR_Y: None if sensor is None else sensor.y,
+            SENSOR_YAW: None if sensor is None else math.remainder(sensor.yaw, math.tau),
         }
 
     @property

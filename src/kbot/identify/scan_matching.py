@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from kbot.identify.intervals import DEVIATION_OF_MAD
 from kbot.identify.log import Array
 from kbot.identify.nominal import Nominal
 from kbot.kinematics.planar_pose import PlanarPose, integrate
@@ -128,7 +129,7 @@ class _Lines:
             placed, nearest = placed[is_near], nearest[is_near]
             normals = self.normals[nearest]
             errors = ((placed - self.points[nearest]) * normals).sum(axis=1)
-            spread = 1.4826 * float(np.median(np.abs(errors))) + 1e-4
+            spread = DEVIATION_OF_MAD * float(np.median(np.abs(errors))) + 1e-4
             weights = 1.0 / np.maximum(1.0, np.abs(errors) / (1.5 * spread))  # Huber
             weights[np.abs(errors) > 6.0 * spread] = 0.0
             lever = placed - (pose.x, pose.y)
