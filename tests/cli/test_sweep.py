@@ -32,6 +32,31 @@ steps:
 expect:
   - final_forward: {min: 0.15}
 """
+XACRO = "http://www.ros.org/wiki/xacro"
+TRIANGLE = """\
+solid body
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 0.100 0 0
+vertex 0 0.100 0
+endloop
+endfacet
+endsolid body
+"""
+ROBOT = f"""\
+<robot name="robot" xmlns:xacro="{XACRO}">
+  <xacro:include filename="part.xacro"/>
+  <link name="base_link">
+    <visual><geometry><mesh filename="body.stl"/></geometry></visual>
+    <collision><geometry><box size="0.100 0.1 0.1"/></geometry></collision>
+    <inertial>
+      <mass value="1"/>
+      <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+</robot>
+"""
 SHORT = ("--scenario", "drive.scenario.yaml", "--out", "out")
 RADII = ("--set", "wheel_radius=0.03,0.04")
 
@@ -133,6 +158,19 @@ def test_a_scenario_that_was_edited_is_another_sweep(folder: Path) -> None:
         KbotError, match="the files of the robot or of the scenario have changed since it began"
     ):
         run("kbot", *RADII, *SHORT)
+
+
+@pytest.mark.parametrize("changed", ["robot.urdf.xacro", "part.xacro", "body.stl"])
+def test_a_robot_that_was_edited_is_another_sweep(folder: Path, changed: str) -> None:
+    """Its rows would mix two robots."""
+    (folder / "robot.urdf.xacro").write_text(ROBOT)
+    (folder / "part.xacro").write_text(f'<robot xmlns:xacro="{XACRO}"></robot>')
+    (folder / "body.stl").write_text(TRIANGLE)
+    words = ("robot.urdf.xacro", "--set", "world=empty", *SHORT)
+    run(*words)
+    (folder / changed).write_text((folder / changed).read_text().replace(">", "> ").replace("100", "101"))
+    with pytest.raises(KbotError, match="the files of the robot or of the scenario have changed"):
+        run(*words)
 
 
 def test_a_value_that_the_robot_refuses_is_a_row_with_the_reason() -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from kbot.model.geometry import Mesh
 from kbot.model.load import resolve_robot_path
 from kbot.sweep.designs import Method
 from kbot.sweep.objectives import parse_objectives
@@ -220,7 +221,7 @@ def _read(reading: _Reading) -> _Read:
     first = {each.name: str(each.domain.samples()[0]) for each in own}
     fixed = {name: value for name, value in robot.arguments.items() if name not in first}
     names = resolve_names(path, {**fixed, **first}, packages).require()
-    load_source(robot)
+    model = load_source(robot)
     texts: list[str] = []
     for task in reading.tasks:
         scenario = task.scenario
@@ -230,7 +231,10 @@ def _read(reading: _Reading) -> _Read:
             if each.target is Target.SCENARIO:
                 _require_key(scenario, each)
         texts.append(repr(task.scenario))
-    return _Read(frozenset(names.properties) & frozenset(first), _digest(reading, path, packages, texts))
+    shapes = [shape.geometry for link in model.links.values() for shape in link.shapes]
+    meshes = [shape.path for shape in shapes if isinstance(shape, Mesh) and shape.path is not None]
+    digest = _digest(reading, path, packages, meshes, texts)
+    return _Read(frozenset(names.properties) & frozenset(first), digest)
 
 
 def _require_key(scenario: object, dimension: Dimension) -> None:
@@ -246,12 +250,14 @@ def _require_key(scenario: object, dimension: Dimension) -> None:
         raise errors[0]
 
 
-def _digest(reading: _Reading, path: str, packages: Packages, texts: Sequence[str]) -> str:
+def _digest(
+    reading: _Reading, path: str, packages: Packages, meshes: Sequence[str], texts: Sequence[str]
+) -> str:
     """A digest of the description's files, the scenarios, and the files that they name."""
     digest = hashlib.sha256("\n".join(texts).encode())
     robot = reading.robot
     expansion = expand(path, robot.arguments, packages=packages.beside(path), lenient=True)
-    files = dict.fromkeys(expansion.dependencies)
+    files = dict.fromkeys((path, *expansion.dependencies, *meshes))
     for task in reading.tasks:
         actions = [step.action for step in task.scenario.steps]
         scripts = [each.script for each in actions if isinstance(each, RunScript)]

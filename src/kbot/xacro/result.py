@@ -28,7 +28,7 @@ class Expansion:
     document      the root element, or None if the file could not be read; after errors it contains what
                   could be expanded
     diagnostics   errors and warnings in the order of occurrence
-    dependencies  every file that was read, as it was named, in order
+    dependencies  every other file that was read, as it was named, in order
     steps         the work of the expansion, in steps of up to a microsecond
     """
 
