@@ -52,6 +52,16 @@ def test_a_log_that_shows_nothing_has_exit_status_1(tmp_path, capsys):
     assert "The log does not show:" in capsys.readouterr().out
 
 
+def test_numbers_that_no_robot_has_are_one_error(tmp_path, capsys):
+    file = tmp_path / "huge.csv"
+    file.write_text("\n".join([HEADER, *["1e5,1e5,1e5,1e5,1e5,1e5"] * 30]) + "\n")
+    assert run(["identify", str(file), "kbot", "--json"]) == 2
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["parameters"] == {}
+    assert captured.err.startswith(f"error: {file}: ")
+    assert captured.err.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -59,6 +69,8 @@ def test_a_log_that_shows_nothing_has_exit_status_1(tmp_path, capsys):
         (["missing.csv", "kbot"], "missing.csv"),
         (["LOG", "missing.xacro"], "missing.xacro"),
         (["LOG", "kbot", "wheel_radios:=1"], "wheel_radios"),
+        (["LOG", "kbot", "--yes"], "--yes writes without a question, and needs --fix"),
+        (["LOG", "kbot", "--reference", "/scan"], "--reference is a topic of a recording"),
     ],
 )
 def test_unusable_input_has_one_error(log, capsys, words, expected):

@@ -92,6 +92,7 @@ BAD = {
     "a word": (f"{HEADER}\n1,1, one,1,0,0", ":2:6: right_wheel_velocity is not a number: 'one'"),
     "nan": (f"{HEADER}\n1,1,nan,1,0,0", ":2:5: right_wheel_velocity is nan. Leave the cell empty"),
     "infinity": (f"{HEADER}\n1,1,1,inf,0,0", ":2:7: displacement_x is inf"),
+    "tabs": (f"{HEADER}\n1,1,1,1,0,0".replace(",", "\t"), ":1:1: the columns are separated by tabs"),
     "no duration": (f"{HEADER}\n0,1,1,1,0,0", ":2:1: the duration must be above 0 s"),
     "few rows": (f"{HEADER}\n1,1,1,1,0,0", " has 1 intervals with wheel speeds and a reference"),
     "no motion": (HEADER + "\n1,0,0,0,0,0" * 9, " shows no motion: the wheels do not turn"),

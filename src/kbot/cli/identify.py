@@ -74,6 +74,8 @@ def command(
     Exit status: 0 the log shows at least one parameter; 1 it shows none; 2 unusable input.
     """
     try:
+        if confirmed and not fix:
+            fail("--yes writes without a question, and needs --fix")
         names, values = split_arguments(words)
         if len(names) != 2:
             fail(f"expected a LOG and a FILE, not {len(names)} files")
@@ -127,6 +129,8 @@ def _identify(request: _Request) -> tuple[DriveLog, Nominal, Identification]:
         log, link = read_recording(request.log, nominal, request.reference)
         nominal = nominal.with_sensor(request.sensor or link)
     else:
+        if request.reference is not None:
+            fail(f"--reference is a topic of a recording, and {request.log} is not one. Remove --reference")
         log = read_csv(request.log)
     return log, nominal, identify(log, nominal)
 

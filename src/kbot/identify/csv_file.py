@@ -77,8 +77,9 @@ class _Reader:
         for index, name in enumerate(names):
             if name in COLUMNS and name in names[:index]:
                 self._fail(1, _column(line, index), f"the column '{name}' occurs twice")
-        if len(names) == 1 and len(line.split(";")) > 1:
-            self._fail(1, 1, "the columns are separated by ';'. Separate them by ','")
+        for mark, shown in ((";", "';'"), ("\t", "tabs")):
+            if len(names) == 1 and mark in line:
+                self._fail(1, 1, f"the columns are separated by {shown}. Separate them by ','")
         time = ("duration",) if "duration" in names or "time" not in names else ("time",)
         has_poses = any(name in names for name in POSE)
         if has_poses and any(name in names for name in DISPLACEMENT):

@@ -55,8 +55,19 @@ def identify(log: DriveLog, nominal: Nominal) -> Identification:
     """Estimate the parameters of a robot.
 
     Raises:
-        KbotError: the log shows no motion, has no reference, or contradicts the sides of the wheels.
+        KbotError: the log shows no motion, has no reference, contradicts the sides of the wheels, or has
+            numbers that no robot can have.
     """
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # what follows from it is a LinAlgError
+            return _identify(log, nominal)
+    except np.linalg.LinAlgError:
+        raise KbotError(
+            f"{log.path}: no wheel sizes explain the numbers of the log. They must be in s, m, rad and rad/s"
+        ) from None
+
+
+def _identify(log: DriveLog, nominal: Nominal) -> Identification:
     motions = motions_of(log)
     found = fit(motions, nominal.start)
     _require_plausible(log, found, nominal)

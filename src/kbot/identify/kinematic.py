@@ -85,6 +85,9 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
 
     Combinations of parameters without any effect on the log stay as in `nominal`, and so does the parameter
     of the index `held`.
+
+    Raises:
+        LinAlgError: the numbers are too large or too small, or no parameters explain them.
     """
     scales = _scales(nominal)
     if held is not None:
@@ -93,15 +96,15 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
     if held is not None:
         parameters[held] = nominal[held]
     is_outlier = _rough_outliers(parameters, motions)
-    noise = _noise(parameters, motions.only(~is_outlier), None)
+    noise = _noise(parameters, _kept(motions, is_outlier), None)
     for _ in range(_ROUNDS):
-        kept = motions.only(~is_outlier)
+        kept = _kept(motions, is_outlier)
         parameters = _least_squares(parameters, kept, noise, scales)
         before, is_outlier = is_outlier, _outliers(parameters, motions, is_outlier, noise)
         if (before != is_outlier).mean() <= _SETTLED:
             break
-        noise = _noise(parameters, motions.only(~is_outlier), noise)
-    kept = motions.only(~is_outlier)
+        noise = _noise(parameters, _kept(motions, is_outlier), noise)
+    kept = _kept(motions, is_outlier)
     parameters = _with_forward_wheels(parameters)
     factor, slopes, left = _weighted(parameters, kept, noise)
     white, white_left = whitened(factor, slopes * scales), whitened(factor, left[:, None])[:, 0]
@@ -119,6 +122,13 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
     if held is not None:
         found[held], widths[held] = parameters[held], 0.0
     return KinematicFit(found, widths, is_outlier, residuals(parameters, motions), noise)
+
+
+def _kept(motions: Motions, is_outlier: NDArray[np.bool_]) -> Motions:
+    """The displacements that are not outliers. Raises LinAlgError: there are none."""
+    if is_outlier.all():
+        raise np.linalg.LinAlgError("no parameters explain any displacement")
+    return motions.only(~is_outlier)
 
 
 def _is_seen(values: Array) -> NDArray[np.bool_]:
@@ -232,6 +242,8 @@ def _weighted(parameters: Array, motions: Motions, noise: Noise) -> tuple[Array,
     sources = _sources(parameters, motions, slopes)
     factor = sources.factor(noise.squares())
     while factor is None:  # rounding
+        if not np.isfinite(noise.squares()).all():
+            raise np.linalg.LinAlgError("the covariance is singular")
         noise = Noise(*(2.0 * np.sqrt(noise.squares())).tolist())
         factor = sources.factor(noise.squares())
     is_absent = sources.is_absent
