@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
 
+from kbot.cli import main
 from kbot.cli.sweep import command as sweep_command
 from kbot.sweep import cluster
 from kbot.text import KbotError
@@ -103,3 +105,22 @@ def test_what_cannot_be_written_is_an_error_before_the_runs(words: tuple[str, ..
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "ray", None)
     assert refused("--on", "ray") == cluster.MISSING_EXTRA
+
+
+def test_a_folder_in_place_of_a_file_is_reported_before_the_runs(folder: Path) -> None:
+    (folder / "results").mkdir()
+    assert refused("--html", "results") == "results cannot be written: it is a folder"
+    assert not (folder / "out").exists()
+
+
+def test_the_json_is_printed_once_if_a_later_output_fails(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    words = ["sweep", *SWEEP, "--json", "--objective", "wheel_radius:max", "--objective", "energy"]
+    assert main.run([*words, "--write", "best.xacro"]) == 2  # two designs are best
+    printed = capfd.readouterr().out
+    assert json.loads(printed)["passed"] == 2
+
+
+def test_an_empty_name_is_not_a_folder() -> None:
+    assert refused("--out", "").startswith("--out DIR is missing")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 from pathlib import Path
 
@@ -29,11 +30,11 @@ def row(run: int, **measures: float | None) -> Row:
 
 def test_rows_are_read_in_the_order_of_their_runs(tmp_path: Path) -> None:
     path = tmp_path / "runs.jsonl"
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         for run in (3, 0, 1):
             journal.append(row(run, energy=0.1 + run, slip=None))
         assert [each.run for each in journal.rows()] == [0, 1, 3]
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         assert list(journal.rows()) == [row(run, energy=0.1 + run, slip=None) for run in (0, 1, 3)]
         assert [run in journal for run in range(5)] == [True, True, False, True, False]
         assert (journal.count, list(journal.measures)) == (3, ["energy", "slip"])
@@ -45,13 +46,13 @@ def test_rows_are_read_in_the_order_of_their_runs(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kept", range(0, 200, 7))
 def test_a_file_that_was_cut_anywhere_continues_with_the_missing_runs(kept: int, tmp_path: Path) -> None:
     path = tmp_path / "runs.jsonl"
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         for run in range(3):
             journal.append(row(run, energy=1.5))
     whole = path.read_bytes()
     path.write_bytes(whole[:kept])
     complete = whole[:kept].count(b"\n")
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         assert [each.run for each in journal.rows()] == list(range(complete))
         for run in range(complete, 3):
             journal.append(row(run, energy=1.5))
@@ -60,12 +61,12 @@ def test_a_file_that_was_cut_anywhere_continues_with_the_missing_runs(kept: int,
 
 def test_a_damaged_line_is_a_missing_run(tmp_path: Path) -> None:
     path = tmp_path / "runs.jsonl"
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         for run in range(3):
             journal.append(row(run))
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(lines[0] + b"\0" * 20 + b"\n" + lines[2])  # as a loss of power may leave it
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         assert [each.run for each in journal.rows()] == [0, 2]
         journal.append(row(1))
         assert [each.run for each in journal.rows()] == [0, 1, 2]
@@ -84,23 +85,53 @@ def test_a_full_disk_leaves_the_complete_rows(tmp_path: Path, monkeypatch: pytes
         left[0] -= len(part)
         return write(file, part)
 
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         journal.append(row(0))
         monkeypatch.setattr(journal_module.os, "write", full)
         with pytest.raises(KbotError, match=r"No space left on device\. Finished runs are kept \(1\)\. Run"):
             journal.append(row(1))
         monkeypatch.undo()
         assert [each.run for each in journal.rows()] == [0]
-    with Journal(path) as journal:
+    with Journal(path, 100) as journal:
         assert [each.run for each in journal.rows()] == [0]
 
 
 def test_numbers_that_are_not_finite_have_no_value(tmp_path: Path) -> None:
-    with Journal(tmp_path / "runs.jsonl") as journal:
+    with Journal(tmp_path / "runs.jsonl", 100) as journal:
         journal.append(row(0, energy=float("nan"), slip=float("inf")))
         assert journal.row(0).measures == {"energy": None, "slip": None}
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("run", -1),
+        ("run", 10**15),
+        ("run", "x"),
+        ("run", True),
+        ("values", 5),
+        ("values", [[]]),
+        ("measures", []),
+        ("measures", {"energy": "much"}),
+        ("passed", "yes"),
+        ("reason", 1),
+        ("more", 1),
+    ],
+)
+def test_an_edited_line_is_not_a_finished_run(key: str, value: object, tmp_path: Path) -> None:
+    path = tmp_path / "runs.jsonl"
+    with Journal(path, 100) as journal:
+        journal.append(row(0, energy=1.5))
+        journal.append(row(1, energy=1.5))
+    first, second = path.read_text().splitlines()
+    path.write_text(f"{json.dumps({**json.loads(first), key: value})}\n{second}\n")
+    with Journal(path, 100) as journal:
+        assert [each.run for each in journal.rows()] == [1]
+        journal.append(row(0, energy=1.5))
+    with Journal(path, 100) as journal:
+        assert [each.run for each in journal.rows()] == [0, 1]
+
+
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(KbotError, match=r"runs\.jsonl cannot be read or written: No such file"):
-        Journal(tmp_path / "missing" / "runs.jsonl")
+        Journal(tmp_path / "missing" / "runs.jsonl", 100)

@@ -75,12 +75,12 @@ def plan(method: Method, designs: int, seeds: int = 1) -> Plan:
 def rows(path: Path, chosen: Plan, *executors: InOrder) -> list[Row]:
     """The rows after the sweep ran with each executor."""
     for executor in executors:
-        with Journal(path) as journal:
+        with Journal(path, chosen.runs) as journal:
             try:
                 search(chosen, journal, executor)
             except KeyboardInterrupt:
                 continue
-    with Journal(path) as journal:
+    with Journal(path, chosen.runs) as journal:
         return list(journal.rows())
 
 

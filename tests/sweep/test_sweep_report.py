@@ -32,7 +32,7 @@ def sweep(folder: Path, *objectives: Objective, count: int = 12) -> Iterator[Swe
     """A sweep in which energy grows with the radius, and time falls with it. The first run failed."""
     scenario = Scenario(name="straight", duration=1.0, robot=RobotSource("kbot"))
     plan = Plan(RobotSource("kbot"), SPACE, (Task(scenario),), objectives, Method.LHS, count)
-    with Journal(folder / "runs.jsonl") as journal:
+    with Journal(folder / "runs.jsonl", plan.runs) as journal:
         for run in range(count):
             radius = 0.02 + 0.0025 * run
             values = (radius, HOSTILE if run % 2 else "empty")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -183,20 +184,47 @@ def command(
     Exit status: 0 the sweep is complete; 1 it is complete, and all runs failed; 2 unusable input; 130 Ctrl-C,
     after the results so far.
     """
-    try:
-        return _sweep(words, choice, running, outputs, as_json=as_json)
-    except (Exception, KeyboardInterrupt):  # Ctrl-C before the first run
+    with ExitStack() as opened:
+        try:
+            ran = _run(words, choice, running, outputs, opened)
+            text = ran.sweep.to_json() if as_json else ran.summary()
+        except (Exception, KeyboardInterrupt):  # Ctrl-C before the first run
+            if as_json:
+                from kbot.sweep.runner import NO_RESULT
+
+                print_json(NO_RESULT)
+            raise
         if as_json:
-            from kbot.sweep.runner import NO_RESULT
+            print_json(text)
+        else:
+            click.echo(text)
+        if not ran.is_complete:
+            print_note("interrupted. The same command continues the sweep")
+            return INTERRUPTED
+        _write_outputs(ran.sweep, outputs, running, ran.pool, as_json=as_json)
+        return COMPLETE if ran.sweep.has_passed else ALL_FAILED
 
-            print_json(NO_RESULT)
-        raise
+
+@dataclass(frozen=True, slots=True)
+class _Ran:
+    """A sweep after its runs."""
+
+    sweep: Sweep
+    pool: Pool
+    is_complete: bool
+    seconds: float
+
+    def summary(self) -> str:
+        from kbot.sweep.summary import summary
+
+        return summary(self.sweep, self.seconds)
 
 
-def _sweep(
-    words: tuple[str, ...], choice: _Choice, running: _Running, outputs: _Outputs, *, as_json: bool
-) -> int:
-    if running.out is None:
+def _run(
+    words: tuple[str, ...], choice: _Choice, running: _Running, outputs: _Outputs, opened: ExitStack
+) -> _Ran:
+    """Run what is missing. The pool and the folder stay open until `opened` ends."""
+    if not running.out:
         fail("--out DIR is missing: the folder for the results")
     _check_outputs(outputs, choice, confirmed=running.confirmed)
     if running.on is not None:
@@ -204,35 +232,26 @@ def _sweep(
 
         parse_place(running.on)
     from kbot.sweep.runner import checked_plan, opened_sweep
-    from kbot.sweep.summary import summary
     from kbot.trials.pool import Pool
 
     request = _request(words, choice)
     begun = time.monotonic()
-    with Pool(running.jobs) as pool:
-        with busy(f"preparing {request.robot}"):
-            plan = checked_plan(request, pool, confirmed=running.confirmed)
-        with opened_sweep(plan, running.out) as sweep:
-            if sweep.journal.count and sweep.missing:
-                print_note(f"continuing: {sweep.journal.count} of {plan.runs} runs are finished")
-            is_complete = True
-            with (
-                counting("running", sweep.missing) as advance,
-                _executor(running, plan, pool, running.out) as executor,
-            ):
-                try:
-                    sweep.run(executor, advance)
-                except KeyboardInterrupt:
-                    is_complete = False
-            if as_json:
-                print_json(sweep.to_json())
-            else:
-                click.echo(summary(sweep, time.monotonic() - begun))
-            if not is_complete:
-                print_note("interrupted. The same command continues the sweep")
-                return INTERRUPTED
-            _write_outputs(sweep, outputs, running, pool, as_json=as_json)
-            return COMPLETE if sweep.has_passed else ALL_FAILED
+    pool = opened.enter_context(Pool(running.jobs))
+    with busy(f"preparing {request.robot}"):
+        plan = checked_plan(request, pool, confirmed=running.confirmed)
+    sweep = opened.enter_context(opened_sweep(plan, running.out))
+    if sweep.journal.count and sweep.missing:
+        print_note(f"continuing: {sweep.journal.count} of {plan.runs} runs are finished")
+    is_complete = True
+    with (
+        counting("running", sweep.missing) as advance,
+        _executor(running, plan, pool, running.out) as executor,
+    ):
+        try:
+            sweep.run(executor, advance)
+        except KeyboardInterrupt:
+            is_complete = False
+    return _Ran(sweep, pool, is_complete, time.monotonic() - begun)
 
 
 def _executor(running: _Running, plan: Plan, pool: Pool, out: str) -> Executor:
@@ -251,6 +270,8 @@ def _check_outputs(outputs: _Outputs, choice: _Choice, *, confirmed: bool) -> No
     for path in filter(None, (outputs.html, outputs.write)):
         if not Path(path).absolute().parent.is_dir():
             fail(f"{path} cannot be written: its folder does not exist")
+        if Path(path).is_dir():
+            fail(f"{path} cannot be written: it is a folder")
     if outputs.write is None:
         if outputs.diff:
             fail("--diff shows the changes of --write FILE, which is missing")

@@ -51,7 +51,7 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
         elif (folder / JOURNAL).exists():
             raise KbotError(f"{out} has {JOURNAL}, but not {PLAN}. Choose another folder with --out")
         write_text(described, json.dumps(plan.to_json(), indent=2, ensure_ascii=False) + "\n")
-        with Journal(folder / JOURNAL) as journal:
+        with Journal(folder / JOURNAL, plan.runs) as journal:
             yield journal
 
 

@@ -1,6 +1,7 @@
 """The record of finished runs: one line of JSON each, which survives every interruption.
 
-A line that is not complete, as after a loss of power, is ignored: its run is executed again.
+A line that is not a row of the sweep, as after a loss of power or an edit, is ignored: its run is executed
+again.
 """
 
 from __future__ import annotations
@@ -54,9 +55,13 @@ class Row:
 class Journal:
     """The file of finished runs."""
 
-    def __init__(self, path: Path) -> None:
-        """Open the file, or create it. Raises KbotError: it cannot be read or written."""
-        self.path = path
+    def __init__(self, path: Path, runs: int) -> None:
+        """Open the file of a sweep with this number of runs, or create it.
+
+        Raises:
+            KbotError: it cannot be read or written.
+        """
+        self.path, self._runs = path, runs
         self.count = 0
         """The number of finished runs."""
         self.measures: dict[str, None] = {}
@@ -135,11 +140,25 @@ class Journal:
                     break
                 with suppress(orjson.JSONDecodeError, KeyError, TypeError):
                     row = _row(line)
-                    if row.run not in self:
+                    if self._is_valid(row) and row.run not in self:
                         self._add(row.run, offset, row.measures)
                 offset += len(line)
         os.ftruncate(self._file, offset)
         return offset
+
+    def _is_valid(self, row: Row) -> bool:
+        """Whether a row has values of the right types, and the number of a run of the sweep."""
+        numbers = (row.run, row.design, row.seed)
+        texts = (row.scenario, row.state_sha256, "" if row.reason is None else row.reason)
+        return (
+            all(type(each) is int for each in numbers)
+            and all(isinstance(each, str) for each in texts)
+            and isinstance(row.passed, bool)
+            and isinstance(row.measures, dict)
+            and all(each is None or isinstance(each, int | float) for each in row.measures.values())
+            and all(isinstance(each, int | float | str) for each in row.values)
+            and 0 <= row.run < self._runs
+        )
 
     def _add(self, run: int, offset: int, measures: Mapping[str, float | None]) -> None:
         if run >= len(self._offsets):
