@@ -61,7 +61,7 @@ def test_random_paths_lead_around_obstacles():
     lengths = set()
     for seed in range(4):
         _, info = environment.reset(seed=seed)
-        path, grid = info["path"], environment._episodes.stage.map.grid
+        path, grid = info["path"], environment._episodes.stage.places.grid
         assert 2.0 - 0.2 <= info["way"] <= 6.0 + 0.2
         for start, end in itertools.pairwise(path):
             for share in np.linspace(0.0, 1.0, 50):

@@ -152,7 +152,7 @@ def _is_observable(low: Array, high: Array, nominal: Nominal) -> NDArray[np.bool
     """(6,) which parameters the log shows: those with an interval that is narrow for their size."""
     observable = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(observable, low, 0.0), np.where(observable, high, 0.0)
-    # a robot may be several times as large as its description says
+    # a robot may be several times as large as described
     left, right, separation = np.maximum(
         (nominal.left, nominal.right, nominal.drive.separation), np.abs(low + high)[: CURVATURE + 1] / 2.0
     )

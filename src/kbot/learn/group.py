@@ -29,7 +29,7 @@ class Batch(NamedTuple):
 
 
 class Group:
-    """Environments with the same options. They share the robot and the map, and nothing else."""
+    """Environments with the same options. They share the robot and the places, and nothing else."""
 
     def __init__(
         self, task: str, options: dict[str, object], count: int, autoreset: str, most_steps: int | None

@@ -1,8 +1,8 @@
 """A group of environments in a process of its own.
 
-Threads are no alternative: Python's lock passes between them at every control period, so that two threads
-are slower than one. A process is started as `kbot.worker` starts its own, because the libraries for this
-would import the user's main module again. It lives as long as its stdin is open.
+Two threads would be slower than one, because Python's lock passes between them at every control period. A
+process is started as `kbot.worker` starts its own, because the libraries for this would import the user's
+main module again. It lives as long as its stdin is open.
 """
 
 from __future__ import annotations
@@ -122,4 +122,4 @@ class LocalGroup:
         return self.group.interface
 
     def close(self) -> None:
-        """Nothing to end."""
+        """There is no process to end."""

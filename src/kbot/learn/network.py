@@ -51,9 +51,9 @@ _NAMES = """
     Softsign Split Sqrt Squeeze Sub Sum Swish Tanh Transpose Unsqueeze Where
 """
 OPERATORS = frozenset(_NAMES.split())
-"""Operators of networks that compute forwards. Left out are those that run a graph again (Loop, Scan, If),
-draw random numbers, make tensors of any size (Expand, Tile, Pad, Resize), or take time that depends on
-numbers."""
+"""Operators of networks that compute forwards. They do not include operators that run a graph again (Loop,
+Scan, If), draw random numbers, make tensors of any size (Expand, Tile, Pad, Resize), or take time that
+depends on numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +212,7 @@ def _check_operators(model: ModelProto) -> None:
         domain = "" if node.domain in ("", "ai.onnx") else f"{node.domain}."
         if domain or node.op_type not in OPERATORS:
             raise KbotError(
-                f"uses the operator {_shown(domain + node.op_type)}, which a policy must not use. Allowed are"
+                f"uses the operator {_shown(domain + node.op_type)}, which a policy must not use. It may use"
                 " the operators of networks that only compute forwards, without loops and memory"
             )
         if any(each.HasField("g") or each.graphs for each in node.attribute):

@@ -179,7 +179,7 @@ def _require_known(what: str, values: Mapping[str, object], names: list[str]) ->
 
 
 def _range(name: str, value: object, low: float, high: float) -> Range:
-    span: Any = (value, value) if isinstance(value, Real) else value  # what is no pair raises an error
+    span: Any = (value, value) if isinstance(value, Real) else value  # an error below if it is not a pair
     try:
         low_end, high_end = span
         first, last = float(low_end), float(high_end)

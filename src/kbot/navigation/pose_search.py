@@ -3,8 +3,8 @@
 Hybrid A* (Dolgov et al., "Practical search techniques in path planning for autonomous driving", STAIR 2008):
 each state is a pose that the robot reaches exactly, one state is kept for each cell of position and heading,
 and from time to time the search tries to connect a state directly to the goal. The estimate of the distance
-that is left is the larger of two: the one without obstacles, which knows how the base moves, and the one with
-obstacles for the largest circle inside the outline, which does not. The path is then shortened by direct
+that is left is the larger of two: one for the base's moves without obstacles, and one with obstacles for the
+largest circle inside the outline, which moves in every direction. The path is then shortened by direct
 connections between its poses.
 
 States are expanded in batches, because each batch is a few numpy operations on all its poses.
@@ -30,7 +30,7 @@ from kbot.navigation.local.footprint_clearance import FootprintClearance
 Values = NDArray[np.float64]
 
 _BATCH = 16
-"""States that are expanded at once. More would be expanded in vain."""
+"""States that are expanded at once. A larger batch has more states that the path does not need."""
 _MOST_STATES = 60_000
 """States after which the search ends: a few seconds. Mazes for cars need tens of thousands."""
 _GOOD_ENOUGH = 1.03

@@ -352,7 +352,7 @@ def run_trip(
         simulation: whose first robot drives.
         goal: in the world's frame.
         arrive: radius in m within which the goal is reached.
-        rate: how often the goal's state is looked at, in Hz.
+        rate: how often the goal's state is checked, in Hz.
         report: returns the goal's state as the pilot knows it.
         estimate: returns the pilot's estimate of the robot's pose.
         close: stops the pilot.

@@ -29,7 +29,7 @@ Ts = TypeVarTuple("Ts")
 CLOCK = 10
 """By the clock, a call may take this many times its processor time: the machine may be busy."""
 LOOK_SECONDS = 0.05
-"""Seconds between two looks at the process. In that time it may take about 100 MB more."""
+"""Seconds between two checks of the process. In that time it may take about 100 MB more."""
 CLOSING_SECONDS = 5.0
 """A process that ends closes its pipes a moment before."""
 _KILLED = (-signal.SIGTERM, -getattr(signal, "SIGKILL", signal.SIGTERM))

@@ -88,7 +88,7 @@ class BarnTask(Task):
     def start(self, stage: Stage, random: np.random.Generator) -> Start:
         goal = GoalTarget(GOAL.x, GOAL.y)
         self._begun = None
-        approach = self._approach = Approach(goal, stage.map.ways_to(goal.x, goal.y), START)
+        approach = self._approach = Approach(goal, stage.places.ways_to(goal.x, goal.y), START)
         facts = {"goal": np.array([goal.x, goal.y]), "way": approach.left, "world": self.world.name}
         return Start(START, goal, facts)
 

@@ -82,7 +82,7 @@ class FollowTask(Task):
 
     def _random_path(self, stage: Stage, random: np.random.Generator) -> Path:
         """A path through random places, on the shortest ways around obstacles."""
-        places = stage.map
+        places = stage.places
         points: list[tuple[float, float]] = []
         for _ in range(self.corners):
             if not points:

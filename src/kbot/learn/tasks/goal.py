@@ -48,7 +48,7 @@ class GoalTask(Task):
         return self.distance[1]
 
     def start(self, stage: Stage, random: np.random.Generator) -> Start:
-        places = stage.map
+        places = stage.places
         (x, y), ways, cells = places.random_goal(random, *self.distance)
         at_x, at_y = places.random_place(random, cells)
         pose = PlanarPose(at_x, at_y, float(random.uniform(-math.pi, math.pi)))

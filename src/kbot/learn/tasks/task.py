@@ -77,7 +77,7 @@ class Task(ABC):
     @property
     @abstractmethod
     def reach(self) -> float:
-        """m. How far the map extends beyond the world's objects."""
+        """m. How far the grid of places extends beyond the world's objects."""
 
     @classmethod
     def defaults(cls, options: Mapping[str, object]) -> dict[str, object]:

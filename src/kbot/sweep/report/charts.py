@@ -21,7 +21,7 @@ _MOST_TEXTS = 30
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An axis of numbers, or of texts. `label` has the unit, `hint` says which end is better."""
+    """An axis of numbers, or of texts. `label` has the unit, `hint` names the better end."""
 
     label: str
     low: float

@@ -286,7 +286,7 @@ def rooms(columns: int = 3, rows: int = 2, size: float = 2.0, door: float = 0.6,
     random = np.random.default_rng(seed) if seed else None
 
     def door_place() -> float:
-        """Of the door's middle, in m from the wall's middle. A piece of wall is left on both sides."""
+        """The door's middle, in m from the wall's middle. A piece of wall is left on both sides."""
         furthest = max(0.0, (size - door) / 2 - 0.1)
         return 0.0 if random is None else random.uniform(-furthest, furthest)
 
