@@ -21,6 +21,7 @@ _LONGEST = 60.0
 _MOST_OUTLIERS = 0.1
 """Share of outliers up to which a drive is compared. The robot slips or collides during others."""
 _FEWEST = 3
+"""Drives without which a median means little."""
 _CONTROL, _GAIN = 0.02, 8.0
 """Time in s between two commands to the wheels, and the additional speed in rad/s for each rad that a wheel
 is behind."""

@@ -23,6 +23,7 @@ _MOST = 1600
 """Displacements from which the sizes of the sources are estimated, in a few pieces of the log. More would
 change the weights little, and take longer than everything else."""
 _PIECES = 4
+"""Evenly spread over the log, because its noise may change."""
 _PRECISE = 1e-7
 """Relative change of the likelihood at which the search for the sizes ends."""
 _RANGE = 1e4

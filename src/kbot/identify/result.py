@@ -16,6 +16,7 @@ KINEMATIC = (LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION, *SENSOR_POSE)
 SCHEMA = 1
 """Version of the JSON of `kbot identify`."""
 _MOST_DECIMALS = 6
+"""A micrometre, or a microradian."""
 
 NO_RESULT: dict[str, Any] = {"schema": SCHEMA, "parameters": {}, "unobservable": [], "residual": {}}
 """The JSON after an error."""

@@ -26,9 +26,8 @@ Vector = NDArray[np.float32]
 _SPARE = 1.5
 """The seen speeds are bounded by the highest commanded ones times this, because a robot can slide or roll
 downhill."""
-_FASTEST = 1000.0
-_MOST_SECTORS = 10_000
-_MOST_RATE = 1000.0
+_FASTEST, _MOST_SECTORS, _MOST_RATE = 1000.0, 10_000, 1000.0
+"""m/s or rad/s, sectors, and Hz, far above those of any robot: only a mistake exceeds them."""
 FORMAT = 1
 """The version of `to_json`. It changes when a policy of an older version would see something else."""
 

@@ -27,6 +27,7 @@ MISSING = "policies need ONNX, which is not installed: pip install 'kbot[policy]
 MOST_BYTES = 32 * 1024 * 1024
 """Size of the largest file. A network with two layers of 256 neurons has 0.4 MB."""
 MOST_NODES = 2000
+"""Operators of the largest network. One with two layers has about ten."""
 MOST_ELEMENTS = 1_000_000
 """Numbers in one tensor between two operators."""
 MOST_WORK = 50_000_000
@@ -35,6 +36,7 @@ _FUNCTION = 10
 """An operator like an exponential takes as long as this many multiplications for each number. So the tensors
 of a call have at most a tenth of `MOST_WORK` numbers together."""
 _RANDOM_INPUTS = 20
+"""Random inputs with which the check runs a network, besides extreme ones."""
 _FLOATS = (1, 10, 11)
 """Numbers of the types float32, float16 and float64 in ONNX."""
 LIMITS = WorkerLimits(seconds=20.0, memory=1_500_000_000)

@@ -23,6 +23,7 @@ from kbot.text.suggest import suggest_or_list
 Range = tuple[float, float]
 NONE: Range = (0.0, 0.0)
 _LONGEST_DELAY = 10.0
+"""s. No robot can be driven with a longer delay."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,7 +33,9 @@ passage."""
 _REPULSION = 0.3
 """Metres that the cells of obstacles count more than the nearest free cell."""
 _MOST_PASSES = 15
+"""Passes after which the search ends. A way that winds more is not found."""
 _CONVERGED = 1e-3
+"""m. The search ends after a pass that shortens no way by more."""
 _LENGTHS = np.sqrt([5.0, 2.0, 1.0, 2.0, 5.0, 5.0, 5.0])
 """Cells from the columns -2 to 2 of the next row, and from the columns -1 and 1 of the row after it."""
 _least = np.minimum.reduce

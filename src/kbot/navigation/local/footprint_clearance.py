@@ -19,6 +19,7 @@ _LONG = 1.6
 _RASTER = 41
 """Points along each side of an outline's box at which the middle of a circle may be."""
 _MOST_CIRCLES = 8
+"""Circles inside a long robot. Each is looked up for each pose."""
 
 
 class FootprintClearance:

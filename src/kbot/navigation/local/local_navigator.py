@@ -418,7 +418,7 @@ class LocalNavigator:
         return all(math.hypot(pose.x - x, pose.y - y) < self._footprint.outer for _, x, y in track)
 
     def _recover(self, run: _Run, observation: Observation) -> Twist:
-        """Back up or turn, alternately, and forget what was detected before. Give up after `attempts` times."""
+        """Back up or turn, alternately, and forget what was detected. Give up after `attempts` times."""
         if run.attempts >= self.settings.attempts:
             what = "an obstacle is in the way" if self._sampling.is_blocked else "the robot makes no progress"
             left = math.hypot(run.goal.x - observation.pose.x, run.goal.y - observation.pose.y)

@@ -19,6 +19,7 @@ Points = NDArray[np.float64]
 _MOST_POINTS, _MOST_REFERENCES = 120, 240
 """Points of a scan and of the reference that are used. More cost time and add no accuracy."""
 _ITERATIONS = 5
+"""Steps of a match near the prediction. A search in a wider range has four times as many."""
 _CONVERGED = 1e-4
 """m and rad."""
 _NEAREST = 0.3

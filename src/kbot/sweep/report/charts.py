@@ -74,6 +74,7 @@ _ORDER = {"failed": 0, "passed": 1, "best": 2}
 
 
 def shortened(text: str) -> str:
+    """A text of at most `_LONGEST` characters."""
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 

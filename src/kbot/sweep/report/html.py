@@ -34,6 +34,7 @@ MOST_LINES = 500
 MOST_ROWS = 1000
 """Rows of the table of designs."""
 MOST_REASONS = 20
+"""Reasons of failures that are listed, the most frequent first."""
 MOST_LABELS = 20
 """Designs of the Pareto front that have a label."""
 MOST_PAIRS = 6
