@@ -19,9 +19,9 @@ from kbot.navigation.controller import GENTLE, Observation
 from kbot.navigation.footprint import Outline
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.local.attitude import Attitude
+from kbot.navigation.local.fault_watch import FaultWatch
 from kbot.navigation.local.local_navigator import LocalNavigator, LocalSettings
 from kbot.navigation.local.motion_limits import motion_limits
-from kbot.navigation.local.motion_watch import MotionWatch
 from kbot.navigation.local.pose_estimate import PoseEstimate
 from kbot.navigation.local.rolling_grid import SensorPlace
 from kbot.navigation.local.scan_matching import Match, ScanMatcher
@@ -177,7 +177,7 @@ class LocalPilot:
 
     def _begin_watch(self) -> None:
         settings = self._navigator.settings
-        self._watch, self._commanded = MotionWatch(settings.frozen, settings.lost), 0.0
+        self._watch, self._commanded = FaultWatch(settings.frozen, settings.lost), 0.0
 
     def _look_for_jump(self) -> None:
         """Start again if the robot was placed elsewhere while it had no goal, or if the time was set back."""

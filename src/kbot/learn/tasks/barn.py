@@ -25,8 +25,8 @@ from kbot.learn.barn_worlds import (
 from kbot.learn.option_checks import require_length
 from kbot.learn.stage import Scene, Stage
 from kbot.learn.targets import GoalTarget
-from kbot.learn.tasks.approach import Approach
 from kbot.learn.tasks.goal import PROGRESS
+from kbot.learn.tasks.remaining_way import RemainingWay
 from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
@@ -53,7 +53,7 @@ class BarnTask(Task):
     arrive: float = ARRIVE
     _chosen: list[BarnWorld] = field(init=False, default_factory=list)
     _world: BarnWorld | None = field(init=False, default=None)
-    _approach: Approach | None = field(init=False, default=None)
+    _way: RemainingWay | None = field(init=False, default=None)
     _begun: float | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
@@ -88,18 +88,18 @@ class BarnTask(Task):
     def start(self, stage: Stage, random: np.random.Generator) -> Start:
         goal = GoalTarget(GOAL.x, GOAL.y)
         self._begun = None
-        approach = self._approach = Approach(goal, stage.places.ways_to(goal.x, goal.y), START)
-        facts = {"goal": np.array([goal.x, goal.y]), "way": approach.left, "world": self.world.name}
+        way = self._way = RemainingWay(goal, stage.places.ways_to(goal.x, goal.y), START)
+        facts = {"goal": np.array([goal.x, goal.y]), "way": way.length, "world": self.world.name}
         return Start(START, goal, facts)
 
     def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
-        approach = require_started(self._approach)
+        way = require_started(self._way)
         if self._begun is not None:
             self._begun += seconds
         elif hypot(pose.x - START.x, pose.y - START.y) > _BEGUN:
             self._begun = 0.0
-        arrived = approach.goal.distance(pose) <= self.arrive
-        return {"progress": approach.advance(pose)}, ARRIVED if arrived else ""
+        arrived = way.goal.distance(pose) <= self.arrive
+        return {"progress": way.advance(pose)}, ARRIVED if arrived else ""
 
     def facts(self, time: float, outcome: str) -> dict[str, object]:
         """The challenge's metric of the episode."""

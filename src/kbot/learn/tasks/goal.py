@@ -13,7 +13,7 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.option_checks import LONGEST, require_length, require_range
 from kbot.learn.stage import Stage
 from kbot.learn.targets import GoalTarget
-from kbot.learn.tasks.approach import Approach
+from kbot.learn.tasks.remaining_way import RemainingWay
 from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
 from kbot.text import KbotError
 
@@ -32,7 +32,7 @@ class GoalTask(Task):
     rewards: ClassVar[Mapping[str, Reward]] = {"progress": PROGRESS}
     distance: tuple[float, float] = (1.0, 5.0)
     arrive: float = 0.15
-    _approach: Approach | None = field(init=False, default=None)
+    _way: RemainingWay | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self.distance = require_range("distance", self.distance, 0.0, LONGEST)
@@ -53,10 +53,10 @@ class GoalTask(Task):
         at_x, at_y = places.random_place(random, cells)
         pose = PlanarPose(at_x, at_y, float(random.uniform(-math.pi, math.pi)))
         goal = GoalTarget(x, y)
-        approach = self._approach = Approach(goal, ways, pose)
-        return Start(pose, goal, {"goal": np.array([x, y]), "way": approach.left})
+        way = self._way = RemainingWay(goal, ways, pose)
+        return Start(pose, goal, {"goal": np.array([x, y]), "way": way.length})
 
     def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
-        approach = require_started(self._approach)
-        arrived = approach.goal.distance(pose) <= self.arrive
-        return {"progress": approach.advance(pose)}, ARRIVED if arrived else ""
+        way = require_started(self._way)
+        arrived = way.goal.distance(pose) <= self.arrive
+        return {"progress": way.advance(pose)}, ARRIVED if arrived else ""

@@ -1,14 +1,14 @@
 """A robot that must not drive on is reported with the reason."""
 
 from kbot.kinematics import PlanarPose
-from kbot.navigation.local.motion_watch import MotionWatch
+from kbot.navigation.local.fault_watch import FaultWatch
 
 STEP = 0.05
 
 
 def _reports(speed=1.0, wheels=1.0, by_scans=1.0, fits=True, seconds=3.0):
     """The reports of a watch while a robot drives straight with these speeds in m/s."""
-    watch = MotionWatch(frozen=0.6, lost=0.3)
+    watch = FaultWatch(frozen=0.6, lost=0.3)
     times = [number * STEP for number in range(round(seconds / STEP))]
     reports = [
         watch.update(time, speed, PlanarPose(wheels * time), PlanarPose(by_scans * time), fits)

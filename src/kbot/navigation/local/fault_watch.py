@@ -21,7 +21,7 @@ _LEAST_SHARE = 0.3
 
 
 @dataclass
-class MotionWatch:
+class FaultWatch:
     """Compares the commands with the odometry, and the odometry with the scans.
 
     frozen    seconds of a command to drive after which the odometry must have changed
