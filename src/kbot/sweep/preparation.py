@@ -88,7 +88,7 @@ def prepare(request: Request, pool: Pool) -> Plan:
         raise TypeError("a selected battery has a robot")
     _require_worlds(space, tasks)
     _require_goals([each.name for each in objectives], tasks)
-    found = _call(pool, _Reading(robot, space, tuple(tasks)), request.robot)
+    found = _call(pool, _ReadRequest(robot, space, tuple(tasks)), request.robot)
     space = Space(
         tuple(
             replace(each, target=Target.PROPERTY) if each.name in found.properties else each
@@ -183,7 +183,7 @@ def _require_goals(objectives: Sequence[str], tasks: Sequence[Task]) -> None:
 
 
 @dataclass(frozen=True)
-class _Reading:
+class _ReadRequest:
     """What to read in a process of the pool, with the limits for files of strangers."""
 
     robot: RobotSource
@@ -192,7 +192,7 @@ class _Reading:
 
 
 @dataclass(frozen=True)
-class _Read:
+class _ReadResult:
     """What the dimensions mean for the robot.
 
     properties  the names of dimensions that are top-level properties
@@ -203,7 +203,7 @@ class _Read:
     inputs: str
 
 
-def _call(pool: Pool, reading: _Reading, name: str) -> _Read:
+def _call(pool: Pool, reading: _ReadRequest, name: str) -> _ReadResult:
     (outcome,) = pool.map(_read, [reading], lambda _: WorkerLimits().seconds)
     if outcome is None:
         raise KeyboardInterrupt
@@ -213,7 +213,7 @@ def _call(pool: Pool, reading: _Reading, name: str) -> _Read:
     return outcome.value
 
 
-def _read(reading: _Reading) -> _Read:
+def _read(reading: _ReadRequest) -> _ReadResult:
     """Find what the dimensions mean. Raises KbotError: a name is unknown, or no value is accepted."""
     robot = reading.robot
     path, packages = resolve_robot_path(robot.file), Packages(robot.packages)
@@ -234,7 +234,7 @@ def _read(reading: _Reading) -> _Read:
     shapes = [shape.geometry for link in model.links.values() for shape in link.shapes]
     meshes = [shape.path for shape in shapes if isinstance(shape, Mesh) and shape.path is not None]
     digest = _digest(reading, path, packages, meshes, texts)
-    return _Read(frozenset(names.properties) & frozenset(first), digest)
+    return _ReadResult(frozenset(names.properties) & frozenset(first), digest)
 
 
 def _require_key(scenario: object, dimension: Dimension) -> None:
@@ -251,7 +251,7 @@ def _require_key(scenario: object, dimension: Dimension) -> None:
 
 
 def _digest(
-    reading: _Reading, path: str, packages: Packages, meshes: Sequence[str], texts: Sequence[str]
+    reading: _ReadRequest, path: str, packages: Packages, meshes: Sequence[str], texts: Sequence[str]
 ) -> str:
     """A digest of the description's files, the scenarios, and the files that they name."""
     digest = hashlib.sha256("\n".join(texts).encode())
