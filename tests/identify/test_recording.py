@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kbot
+from kbot.identify.agreement import agreement
 from kbot.identify.identification import identify
 from kbot.identify.nominal import read_nominal
 from kbot.identify.recording import read_recording
@@ -165,3 +166,19 @@ def test_a_reference_that_is_not_in_the_recording(tmp_path):
         identified(path, "scan")
     with pytest.raises(KbotError, match="/joint_states is not a reference"):
         identified(path, "/joint_states")
+
+
+def test_a_recording_without_noise_is_compared_with_simulated_runs(tmp_path):
+    """Errors of micrometres are outliers where most errors are smaller, but the robot does not slip."""
+    path = str(tmp_path / "run.mcap")
+    sim = Simulation(kbot.load("kbot", wheel_radius=str(RADIUS)))
+    with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path):
+        for linear, angular in ((0.2, 0.0), (0.2, 0.8), (0.25, 0.0), (0.15, -0.8), (0.0, 1.5)) * 2:
+            sim.cmd_vel(linear, angular)
+            sim.run(3.0)
+    log, link = read_recording(path, NOMINAL, None)
+    nominal = NOMINAL.with_sensor(link)
+    found = identify(log, nominal)
+    assert found.residual.outliers > 0.3 * found.residual.intervals
+    assert not found.is_disturbed.any()
+    assert agreement(log, nominal, found.is_disturbed).drives >= 3

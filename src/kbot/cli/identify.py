@@ -173,7 +173,7 @@ def _write(
             return
     try:
         with busy("simulating the log"):
-            ran = agreement(log, nominal, result.is_outlier)
+            ran = agreement(log, nominal, result.is_disturbed)
     except KbotError as error:
         rewrite(texts)
         click.echo(f"written, without a comparison of simulated runs: {error}", err=to_stderr)
@@ -183,7 +183,7 @@ def _write(
     with busy("simulating the log"):
         if nominal.sensor_link is not None:
             changed = changed.with_sensor(nominal.sensor_link)
-        fixed = agreement(log, changed, result.is_outlier)
+        fixed = agreement(log, changed, result.is_disturbed)
     click.echo(
         f"simulated drives of {ran.seconds:g} s end {fixed.distance:.3g} m and {fixed.angle:.3g} rad from "
         f"the log, before {ran.distance:.3g} m and {ran.angle:.3g} rad (median of {ran.drives})",

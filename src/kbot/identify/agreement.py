@@ -18,8 +18,8 @@ _WINDOW = 5.0
 """Length in s of the drives whose ends are compared. Errors grow with the length."""
 _LONGEST = 60.0
 """Time in s of the log that is simulated."""
-_MOST_OUTLIERS = 0.1
-"""Share of outliers up to which a drive is compared. The robot slips or collides during others."""
+_MOST_DISTURBED = 0.1
+"""Share of disturbed displacements up to which a drive is compared."""
 _FEWEST = 3
 """Drives without which a median means little."""
 _CONTROL, _GAIN = 0.02, 8.0
@@ -37,10 +37,10 @@ class Agreement:
     drives: int
 
 
-def agreement(log: DriveLog, nominal: Nominal, is_outlier: NDArray[np.bool_]) -> Agreement:
+def agreement(log: DriveLog, nominal: Nominal, is_disturbed: NDArray[np.bool_]) -> Agreement:
     """Simulate the first minute of a log on an empty plane.
 
-    `is_outlier` marks the displacements of the log that are left out.
+    `is_disturbed` marks the displacements during which the robot slipped or collided.
 
     Raises:
         KbotError: the log has no drives of some seconds with wheel speeds and a reference of a pose.
@@ -57,13 +57,13 @@ def agreement(log: DriveLog, nominal: Nominal, is_outlier: NDArray[np.bool_]) ->
     before = PlanarPose()
     begun, last = 0.0, -1
     is_known: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(motions.displacements), axis=1)
-    outliers = list[bool]()
-    for start, stop, displacement, known, outlier in zip(
+    disturbances = list[bool]()
+    for start, stop, displacement, known, disturbed in zip(
         motions.start.tolist(),
         motions.stop.tolist(),
         motions.displacements,
         is_known.tolist(),
-        is_outlier.tolist(),
+        is_disturbed.tolist(),
         strict=True,
     ):
         if ends[stop] - ends[0] > _LONGEST:
@@ -78,17 +78,17 @@ def agreement(log: DriveLog, nominal: Nominal, is_outlier: NDArray[np.bool_]) ->
         last = stop
         if measured is not None and not is_gap:
             measured = measured @ PlanarPose(*displacement.tolist())
-            outliers.append(outlier)
+            disturbances.append(disturbed)
             if ends[stop] - begun < _WINDOW - 1e-6:
                 continue
-            if np.mean(outliers) <= _MOST_OUTLIERS:
+            if np.mean(disturbances) <= _MOST_DISTURBED:
                 moved = before.inverse() @ simulated
                 distances.append(math.hypot(moved.x - measured.x, moved.y - measured.y))
                 angles.append(abs(math.remainder(moved.yaw - measured.yaw, math.tau)))
         measured, before, begun = PlanarPose(), simulated, float(ends[stop])  # the next drive begins here
-        outliers.clear()
+        disturbances.clear()
     if len(distances) < _FEWEST:
-        raise KbotError(f"{log.path} has no drives of {_WINDOW:g} s with wheel speeds and a reference")
+        raise KbotError(f"{log.path} has no drives of {_WINDOW:g} s without slip that have a reference")
     return Agreement(float(np.median(distances)), float(np.median(angles)), _WINDOW, len(distances))
 
 

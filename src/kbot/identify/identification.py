@@ -28,6 +28,9 @@ _WIDEST = 0.5
 the wheel separation (also for the sensor's position), or in rad."""
 _FACTOR = 20.0
 """Ratio of wheel radii that are not of the same robot: the reference or the units are wrong."""
+_NEGLIGIBLE = np.array([1e-4, 1e-4, 1e-3])
+"""Errors in m, m and rad below which an outlier is not a slip or a collision. In a recording of KBot without
+noise, a difference of a time stamp in the last digit makes an outlier."""
 _SEPARATIONS = (1.0 / 3.0, 1.0, 3.0)
 """If a log does not show the wheel separation, the radii of the wheels must hold for these multiples of the
 description's separation. Two unequal wheels drive a curve whose radius depends on the separation."""
@@ -98,7 +101,8 @@ def _identify(log: DriveLog, nominal: Nominal) -> Identification:
     if nominal.axle_from_sensor is None:
         before = (None, before[1])  # the errors of an unknown sensor mean nothing
     residual = Residual(len(kept), int(found.is_outlier.sum()), translation, rotation, *before)
-    return Identification(estimates, unobservable, residual, found.is_outlier)
+    is_disturbed = found.is_outlier & (np.abs(np.nan_to_num(found.errors)) > _NEGLIGIBLE).any(axis=1)
+    return Identification(estimates, unobservable, residual, is_disturbed)
 
 
 def _add_dynamic(

@@ -63,13 +63,14 @@ class Residual:
 class Identification:
     """The estimates by name, and the parameters that the log cannot show with what would show them.
 
-    `is_outlier` (M,) marks the displacements of the log's `Motions` that are left out.
+    `is_disturbed` (M,) marks the displacements of the log's `Motions` in which the robot slipped or
+    collided, or the reference failed: outliers with large errors.
     """
 
     parameters: Mapping[str, Estimate]
     unobservable: Mapping[str, str]
     residual: Residual
-    is_outlier: NDArray[np.bool_]
+    is_disturbed: NDArray[np.bool_]
 
     def to_json(self) -> dict[str, Any]:
         residual = self.residual
