@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import reprlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,7 +72,12 @@ def motion_limits(robot: SimulatedRobot, max_speed: tuple[float, float] | None =
 
     A speed without a declared limit is limited to that of goals with a map.
 
-    Raises: KbotError: a speed in `max_speed` is not a finite number above 0."""
+    Raises: KbotError: `max_speed` is not two finite numbers above 0."""
+    if max_speed is not None and not (isinstance(max_speed, Sequence) and len(max_speed) == 2):
+        raise KbotError(
+            "max_speed must be two numbers, the highest speeds in m/s and rad/s, for example (0.5, 2.0), "
+            f"not {reprlib.repr(max_speed)}"
+        )
     declared = (math.inf, math.inf, math.inf)
     acceleration, angular_acceleration = _GRIP, _TURN_GRIP
     if robot.wheels is not None and robot.settings is not None:
