@@ -28,22 +28,22 @@ SPACE = Space(
 
 
 @contextmanager
-def sweep(folder: Path, *objectives: Objective, count: int = 12) -> Iterator[Sweep]:
+def sweep(folder: Path, *objectives: Objective, count: int = 12, space: Space = SPACE) -> Iterator[Sweep]:
     """A sweep in which energy grows with the radius, and time falls with it. The first run failed."""
     scenario = Scenario(name="straight", duration=1.0, robot=RobotSource("kbot"))
-    plan = Plan(RobotSource("kbot"), SPACE, (Task(scenario),), objectives, Method.LHS, count)
+    plan = Plan(RobotSource("kbot"), space, (Task(scenario),), objectives, Method.LHS, count)
     with Journal(folder / "runs.jsonl", plan.runs) as journal:
         for run in range(count):
             radius = 0.02 + 0.0025 * run
-            values = (radius, HOSTILE if run % 2 else "empty")
+            values = (radius, HOSTILE if run % 2 else "empty")[: len(space.dimensions)]
             measures = {"energy": 10 * radius, "goal_time": 1 / radius if run else None}
             reason = None if run else f"it fell {HOSTILE}"
             journal.append(Row(run, run, values, "straight", 0, run > 0, reason, "", measures))
         yield Sweep(plan, journal, folder)
 
 
-def report(folder: Path, *objectives: Objective, count: int = 12) -> str:
-    with sweep(folder, *objectives, count=count) as made:
+def report(folder: Path, *objectives: Objective, count: int = 12, space: Space = SPACE) -> str:
+    with sweep(folder, *objectives, count=count, space=space) as made:
         write_report(str(folder / "report.html"), made)
     return (folder / "report.html").read_text("utf-8")
 
@@ -68,6 +68,11 @@ def test_a_report_with_two_objectives(tmp_path: Path) -> None:
     # the design that failed has no time, and is not drawn
     assert text.count('stroke-linejoin="round"') == 11
     assert text.count("<svg") == 1 + 1 + 4 + 4  # parallel coordinates, front, charts and bars of shares
+
+
+def test_an_objective_that_is_the_only_dimension_has_no_sensitivity(tmp_path: Path) -> None:
+    text = report(tmp_path, Objective("wheel_radius"), space=Space(SPACE.dimensions[:1]))
+    assert "Sensitivity" not in headings(text)
 
 
 def test_a_report_with_one_objective(tmp_path: Path) -> None:

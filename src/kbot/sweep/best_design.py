@@ -207,7 +207,7 @@ def chosen_design(best: Sequence[Design], number: int | None) -> Design:
         KbotError: there is none, there are several, or the number is not that of one of them.
     """
     if not best:
-        raise KbotError("there is no best design to write: no design passed with a value of each objective")
+        raise KbotError("no design passed all its runs and has a value of each objective, so none is written")
     by_number = {design.number: design for design in best}
     if number is None and len(best) == 1:
         return best[0]

@@ -44,7 +44,8 @@ def _best(sweep: Sweep, best: Sequence[Design]) -> list[str]:
     if not objectives:
         return []
     if not best:
-        return ["no design passed with a value of each objective"]
+        when = "so far, " if sweep.missing else ""
+        return [f"{when}no design passed all its runs and has a value of each objective"]
     goals = ", ".join(f"{'highest' if each.is_maximum else 'lowest'} {each.name}" for each in objectives)
     lines = [f"{goals}:" if len(objectives) == 1 else f"Pareto front of {goals}, {_designs(len(best))}:"]
     values = best[0].values

@@ -217,6 +217,8 @@ class _Report:
                 rows.append(_effect_row(objective, dimension, of_dimension))
                 points = [self._mark(design, (dimension, objective)) for design in self._shown]
                 figures.append(f"<figure>{scatter_svg(self._axis(dimension), y, points)}</figure>")
+        if not rows:  # the only dimension is the objective itself
+            return ""
         note = (
             "The share of the objective's variance that a dimension alone explains: the first-order "
             "sensitivity index (Saltelli et al. 2008). It is estimated from the designs that passed, by the "

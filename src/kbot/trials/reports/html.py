@@ -259,8 +259,9 @@ def film_and_path(result: TrialResult, room: Room) -> str:
 
 
 def _film_caption(result: TrialResult) -> str:
-    when = "end of the run" if result.failed_at is None else f"failure at {result.failed_at:.1f} s"
-    return f"The run around the {when}. The blue line is the path of the robot."
+    failed = result.failed_at
+    when = "end of the run" if failed is None else f"run around the failure at {failed:.1f} s"
+    return f"The {when}. The blue line is the path of the robot."
 
 
 def _subtitle(result: TrialResult) -> str:
