@@ -51,6 +51,8 @@ from kbot.world import World
 _SETTLE = 0.1
 """s for which a robot settles on its wheels before an episode."""
 _MOST_SEEDS = 2**31
+_LONGEST_STEP = 1.0
+"""s. Physics diverges with far shorter steps."""
 T = TypeVar("T")
 
 
@@ -141,11 +143,13 @@ class Episodes:
             DescriptionError: the robot or the world cannot be used.
             KbotError: an option is not valid.
         """
+        _require_kinds(options)
         self.options, self.task = options, task
         self._randomisation = Randomisation.of(options.randomise)
         self.weights = _weights(task, options.rewards)
         """The weight of each term of the reward, by name."""
         self._seeds = _require_seeds(options.world_seeds)
+        positive("timestep in s", options.timestep, _LONGEST_STEP)
         self.steps_per_action = _require_rate(options.rate, options.timestep)
         self.period = self.steps_per_action * options.timestep
         """s for each action."""
@@ -361,6 +365,24 @@ def _weights(task: Task, given: Mapping[str, float]) -> dict[str, float]:
         if not is_finite(weight):
             raise KbotError(f"the weight of '{name}' in rewards must be a finite number, not {weight!r}")
     return {name: float(given.get(name, term.weight)) for name, term in terms.items()}
+
+
+def _require_kinds(options: Options) -> None:
+    """Raises KbotError: an option is not of its type."""
+    if not isinstance(options.robot, str | os.PathLike | RobotModel):
+        raise KbotError(f"robot must be a file or the result of kbot.load, not {options.robot!r}")
+    if not isinstance(options.world, str | os.PathLike | World):
+        raise KbotError(f"world must be the name of a world, a file or a World, not {options.world!r}")
+    if not isinstance(options.reverse, bool | np.bool_):
+        raise KbotError(f"reverse must be True or False, not {options.reverse!r}")
+    if options.lidar is not None and not isinstance(options.lidar, int | np.integer):
+        raise KbotError(f"lidar must be a whole number of directions, not {options.lidar!r}")
+    positive("reach in m", options.reach, LONGEST)
+    if options.max_speed is not None:
+        speeds: object = options.max_speed
+        is_pair = isinstance(speeds, tuple | list | np.ndarray) and len(speeds) == 2
+        if not (is_pair and all(map(is_finite, options.max_speed))):
+            raise KbotError(f"max_speed must be two finite numbers in m/s and rad/s, not {speeds!r}")
 
 
 def _require_seeds(seeds: object) -> tuple[int, int]:

@@ -212,7 +212,10 @@ class PolicyInterface:
 
     def limited(self, action: ArrayLike) -> list[float]:
         """The numbers of a policy's vector, limited to -1 and 1. Raises KbotError as `speeds` does."""
-        numbers = np.asarray(action, dtype=np.float64)
+        try:
+            numbers = np.asarray(action, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise KbotError(f"an action must be {len(self.actions)} numbers, not {action!r}") from None
         if numbers.shape != (len(self.actions),):
             names = ", ".join(field.name for field in self.actions)
             raise KbotError(
