@@ -1,10 +1,12 @@
 """The vector environment equals Gymnasium's own vector environment of single ones, bit for bit."""
 
+import gc
 import os
 import signal
 
 import gymnasium
 import numpy as np
+import psutil
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
@@ -140,3 +142,11 @@ def test_a_process_that_ended_is_reported():
     with pytest.raises(kbot.KbotError, match="process of the vector environment ended"):
         ours.step(np.zeros((COUNT, 2)))
     ours.close()
+
+
+def test_processes_end_when_nobody_refers_to_the_environment():
+    ours = make(processes=2)
+    started = [psutil.Process(group._process.pid) for group in ours.unwrapped._groups]
+    del ours
+    gc.collect()
+    assert not any(process.is_running() for process in started)

@@ -14,6 +14,7 @@ import subprocess
 import sys
 from contextlib import suppress
 from typing import IO, Any
+from weakref import finalize
 
 from kbot.learn.group import Group
 from kbot.learn.inputs import PolicyInterface
@@ -38,6 +39,9 @@ class GroupProcess:
             start_new_session=True,  # Ctrl-C in the terminal is for the process that trains
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
         )
+        self._end = finalize(self, _end, self._process)
+        """Also ends the process when nobody refers to the group: `Popen` keeps a running process and its
+        pipes."""
         self.send("", *arguments)
 
     def send(self, method: str, *arguments: object) -> None:
@@ -66,12 +70,16 @@ class GroupProcess:
 
     def close(self) -> None:
         """End the process, also in the middle of a call."""
-        self._process.kill()
-        self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream is not None:
-                with suppress(OSError):  # what was not sent yet
-                    stream.close()
+        self._end()
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()
+    for stream in (process.stdin, process.stdout):
+        if stream is not None:
+            with suppress(OSError):  # what was not sent yet
+                stream.close()
 
 
 def main() -> None:
