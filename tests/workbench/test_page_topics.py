@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kbot.messages import Header
+from kbot.messages import Header, Point, Pose, Quaternion
 from kbot.messages.navigation import PoseStamped
 from kbot.workbench.session.session import Session
 
@@ -109,6 +109,17 @@ def test_the_log_has_refusals_and_results_of_goals(driving: tuple[str, Session],
     page.keyboard.press("Enter")
     page.keyboard.press("Enter")
     until(lambda: "Goal reached" in log.inner_text(), seconds=300)
+
+
+def test_the_path_to_the_goal_of_another_program_is_shown(
+    driving: tuple[str, Session], open_page: OpenPage
+) -> None:
+    address, session = driving
+    page = open_page(address)
+    until(lambda: session.topics._wanted.get("/navigation_status"))
+    goal = PoseStamped(Header(frame_id="map"), Pose(Point(2.0, 0.0, 0.0), Quaternion()))
+    Speaker(session).publish("goal_pose", goal)
+    until(lambda: page.locator(".display[data-display=Path] .lamp[data-level=ok]").count() == 1)
 
 
 def test_a_refused_goal_of_another_program_is_shown_only_in_open_pages(

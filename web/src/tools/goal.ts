@@ -34,6 +34,13 @@ export function onGoal(app: App, onState: (state: string, reason: string, time: 
   });
 }
 
+/** Adds a display of the planned path, unless there is one. */
+function showWay(app: App): void {
+  if (app.displays.all.value.some((display) => display.kind === "Path")) return;
+  const added = app.displays.add("Path");
+  if (added !== null) app.displays.set(added.id, "topic", "/plan");
+}
+
 /** The text of a state and its reason. */
 export function goalText(state: string, reason: string): string {
   return [WORDS[state] ?? state, reason].filter(Boolean).join(": ");
@@ -70,6 +77,7 @@ export function goalStatus(app: App): HTMLElement {
   const chip = h("div", { class: "goal chip-bar", hidden: true }, icon("goal"), text, cancel, close);
   let timer: ReturnType<typeof setTimeout> | undefined;
   onGoal(app, (state, reason) => {
+    if (GOING.includes(state)) showWay(app);
     clearTimeout(timer);
     if (DONE.includes(state)) timer = setTimeout(() => (chip.hidden = true), SHOWN_FOR);
     text.textContent = goalText(state, reason);

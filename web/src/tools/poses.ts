@@ -55,7 +55,6 @@ export function goalTool(app: App, view: View): Tool {
       simulated: true,
     },
     (place, yaw) => {
-      showWay(app);
       arrow.stay(yaw);
       app.send({
         type: "publish",
@@ -152,13 +151,6 @@ export function focusTool(view: View, pictureFromWorld: (point: Vector3) => Vect
       return true;
     },
   };
-}
-
-/** Adds a display of the planned path, unless there is one. */
-function showWay(app: App): void {
-  if (app.displays.all.value.some((display) => display.kind === "Path")) return;
-  const added = app.displays.add("Path");
-  if (added !== null) app.displays.set(added.id, "topic", "/plan");
 }
 
 function header(app: App): object {
