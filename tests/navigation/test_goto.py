@@ -42,6 +42,15 @@ def test_a_goal_that_is_refused(capsys):
     assert "goal        refused: the goal is inside an obstacle" in capsys.readouterr().out
 
 
+def test_a_goal_that_is_not_reached_in_time_is_reported_in_metres(capsys):
+    assert _run(["sim", "kbot", "--headless", "--goto", "5,0", "--duration", "1"]) == 1
+    goal, driven, off, *_ = capsys.readouterr().out.splitlines()
+    assert goal.startswith("goal        stuck: out of time: ")
+    assert goal.endswith(" m left")
+    assert driven.endswith(" m driven, 5.00 m planned")
+    assert 4.0 < float(off.removesuffix(" m from the goal")) < 5.0
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -63,12 +63,13 @@ def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int
         print_json({**run.to_json(), "navigation": _navigation(trip, request.has_heading)})
     else:
         planned = "planned" if request.has_map else "straight"
-        lengths = f", {trip.distance:.2f} m driven, {trip.shortest:.2f} m {planned}"
-        click.echo(
-            f"goal        {trip.status}" + (f" in {trip.time:.2f} s{lengths}" if trip.shortest else "")
-        )
+        lengths = f"{trip.time:.2f} s, {trip.distance:.2f} m driven, {trip.shortest:.2f} m {planned}"
+        click.echo(f"goal        {trip.status}" + (f" in {lengths}" if trip.reached else ""))
+        if trip.shortest and not trip.reached:  # the reason is a sentence
+            click.echo(f"            {lengths}")
+        off = f"{trip.off * 1000.0:.1f} mm" if trip.off < 1.0 else f"{trip.off:.2f} m"
         turned = f" and {math.degrees(trip.turned_off):.1f} deg" if request.has_heading else ""
-        click.echo(f"            {trip.off * 1000.0:.1f} mm{turned} from the goal")
+        click.echo(f"            {off}{turned} from the goal")
         click.echo(f"contact     {'with more than' if trip.collided else 'only with'} the ground")
         click.echo(run.to_text())
     return 0 if trip.reached else 1
