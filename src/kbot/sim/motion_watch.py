@@ -219,15 +219,15 @@ class MotionWatch:
 
     def look(self) -> None:
         """Call this every control period, after odometry was updated."""
-        self._count += 1
+        count = self._count = self._count + 1
         wheels = self._robots.first.wheels
         if wheels is not None and wheels.wanted != self._command.wanted:
             self._command.start(self._engine.time - CONTROL_PERIOD, wheels.wanted)
-        if self._count % _CONTACTS:
+        if count % _CONTACTS:
             return
         if self.excess is None:
             self._look_at_command()
-        if self._count == _EVERY:
+        if count == _EVERY:
             self._count = 0
             self._look_at_contacts()
             self._sample()
@@ -238,12 +238,13 @@ class MotionWatch:
         """Find a command that stays far above what the drive allows."""
         wheels = self._robots.first.wheels
         wanted = wheels.wanted if wheels is not None else STILL
-        shares = [abs(speed) / most for speed, most in zip(wanted, self._fastest, strict=True)]
-        # the axis of the command: forwards, sideways, or the turn, which counts first
-        axis = 2 if shares[2] >= FAR[1] else shares.index(max(shares[:2]))
-        if axis < 2 and shares[axis] < FAR[0]:
+        (x, y, yaw), (most_x, most_y, most_yaw) = wanted, self._fastest
+        ahead, aside, turn = abs(x) / most_x, abs(y) / most_y, abs(yaw) / most_yaw
+        if ahead < FAR[0] and aside < FAR[0] and turn < FAR[1]:
             self._far_since = None
             return
+        # the axis of the command: forwards, sideways, or the turn, which counts first
+        axis = 2 if turn >= FAR[1] else int(aside > ahead)
         time = self._engine.time
         if self._far_since is None or wanted != self._far_wanted:
             self._far_wanted, self._far_changed = wanted, time

@@ -95,8 +95,8 @@ class SimulatedRobot:
             KbotError: the robot cannot drive, or cannot drive sideways (the message gives the reason), or a
                 number is not finite.
         """
-        given = [linear, angular] if is_finite(lateral) and lateral == 0.0 else [linear, angular, lateral]
-        if not all(map(is_finite, given)):
+        if not (is_finite(linear) and is_finite(angular) and is_finite(lateral)):
+            given = [linear, angular] if is_finite(lateral) and lateral == 0.0 else [linear, angular, lateral]
             count = "three" if len(given) > 2 else "two"
             values = ", ".join(map(reprlib.repr, given))
             raise KbotError(f"a velocity command must be {count} finite numbers, not {values}")

@@ -76,7 +76,7 @@ class DriveController:
             return HolonomicServos(model, data, self._robot, self._drive, self._believed, self._prefix)
         if isinstance(self._believed, SteeredDrive):
             return SteeredServos(model, data, self._believed, self._prefix, self._period)
-        return WheelServos(model, data, self._drive, self._prefix)
+        return WheelServos(model, data, self._drive, self._believed, self._prefix)
 
     def reset(self) -> None:
         """Clear the command and the odometry, after the engine's state was reset."""
@@ -100,11 +100,7 @@ class DriveController:
     def advance(self) -> None:
         """Send the wheels their speeds for the next period."""
         x, y, yaw, is_settled = self._controller.advance()
-        has_followed = True
-        if isinstance(self._servos, WheelServos):
-            self._servos.turn_wheels(*self._believed.wheel_speeds(x, yaw))
-        else:
-            has_followed = self._servos.move(x, y, yaw)
+        has_followed = self._servos.move(x, y, yaw)
         self.is_driving = not (is_settled and has_followed)
 
     def tick(self, step: int) -> bool:
@@ -113,10 +109,6 @@ class DriveController:
         Call this every control period. Returns whether `advance` has to be called to stop the robot.
         """
         self._odometry.update(*self._servos.roll())
-        return self._stop_if_timed_out(step)
-
-    def _stop_if_timed_out(self, step: int) -> bool:
-        """The watchdog: stop if no command was received in time."""
         deadline = self._controller.deadline
         if deadline is not None and step >= deadline:
             return self.drive_at(*STILL, None)

@@ -20,11 +20,19 @@ class WheelServos:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, drive: DifferentialDrive, prefix: str
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        drive: DifferentialDrive,
+        believed: DifferentialDrive,
+        prefix: str,
     ) -> None:
+        """`believed` is the drive with the sizes that the robot's controller uses."""
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
         self._ctrl, self._act = numbers(data.ctrl), numbers(data.act)
-        places, commands = [], []
+        self._wheel_speeds = believed.wheel_speeds
+        places = []
+        commands: tuple[list[tuple[int, float]], list[tuple[int, float]]] = ([], [])
         for side, names in enumerate((drive.left, drive.right)):
             for name in names:
                 index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + name)
@@ -35,19 +43,27 @@ class WheelServos:
                 position, speed = int(model.jnt_qposadr[index]), int(model.jnt_dofadr[index])
                 state = int(model.actuator_actadr[actuator])
                 places.append((position, speed, state, *shares, *slack(model, actuator)))
-                commands.append((actuator, forward, side == 0))
+                commands[side].append((actuator, forward))
         self._places = tuple(places)
         """For each wheel: the indices of its position, velocity and servo state, its share in the left and in
         the right angle, and the `reach` (rad) and `lag` (s) that `slack` returns."""
-        self._commands = tuple(commands)
+        self._left, self._right = map(tuple, commands)
+        """For each wheel of a side: the index of its actuator, and the sign of its axis."""
         self.state: ServoState = ()
         """Empty, because the engine holds the wheel angles. Steered wheels have a state of their own."""
 
-    def turn_wheels(self, left: float, right: float) -> None:
-        """Set the wheel speeds in rad/s."""
+    def move(self, x: float, y: float, yaw: float) -> bool:
+        """Drive at a twist of the axle's middle, without its sideways speed `y`.
+
+        Returns whether the command stays the same for this twist.
+        """
         ctrl = self._ctrl
-        for actuator, forward, is_left in self._commands:
-            ctrl[actuator] = (left if is_left else right) * forward
+        left, right = self._wheel_speeds(x, yaw)
+        for actuator, forward in self._left:
+            ctrl[actuator] = left * forward
+        for actuator, forward in self._right:
+            ctrl[actuator] = right * forward
+        return True
 
     def speeds(self) -> tuple[float, float]:
         """Mean speed of each side's wheels in rad/s."""
