@@ -64,14 +64,15 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     ) -> tuple[Vector, dict[str, Any]]:
         """Start an episode. With a seed, it depends on nothing but the seed and the actions."""
         super().reset(seed=seed)
-        seen, info = self._episodes.reset(self.np_random)
+        numbers, info = self._episodes.reset(self.np_random)
         if self.render_mode == "human":
             self._serve()
-        return seen, info
+        return self.interface.bounded(numbers), info
 
     def step(self, action: ArrayLike) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
         """Drive for one action. Raises KbotError: the action cannot be commanded, or the episode is over."""
-        return tuple(self._episodes.step(action))  # type: ignore[return-value]  # a Step has these types
+        step = self._episodes.step(self.interface.limited(action))
+        return self.interface.bounded(step.seen), *step[1:]
 
     def render(self) -> NDArray[np.uint8] | None:
         """A picture (height, width, 3) in the mode `rgb_array`. In the mode `human`, the page shows the run.

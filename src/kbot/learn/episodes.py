@@ -14,10 +14,9 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.inputs import PolicyInterface, Vector
+from kbot.learn.inputs import PolicyInterface
 from kbot.learn.option_checks import require_range
 from kbot.learn.randomisation import Deviations, Drawn, Randomisation
 from kbot.learn.robot_interface import REACH, policy_interface
@@ -96,9 +95,9 @@ class Options:
 
 
 class Step(NamedTuple):
-    """The result of a step: `outcome` is empty while the episode goes on."""
+    """The result of a step. `PolicyInterface.bounded` makes a vector of the numbers that are `seen`."""
 
-    seen: Vector
+    seen: list[float]
     reward: float
     terminated: bool
     truncated: bool
@@ -171,7 +170,7 @@ class Episodes:
         self._seen: LidarPoints | None = None
         self._target: Target | None = None
         self._last_action: list[float] = self.interface.no_action.tolist()
-        self._last_seen = np.zeros(len(self.interface.inputs), dtype=np.float32)
+        self._last_seen = [0.0] * len(self.interface.inputs)
         self._pending: list[tuple[int, tuple[float, float, float]]] = []
         self._map_from_odometry = PlanarPose()
         self._begun = 0
@@ -179,8 +178,8 @@ class Episodes:
 
     # episodes
 
-    def reset(self, random: np.random.Generator) -> tuple[Vector, dict[str, Any]]:
-        """Start an episode. Returns what the policy sees, and the facts of the start.
+    def reset(self, random: np.random.Generator) -> tuple[list[float], dict[str, Any]]:
+        """Start an episode. Returns what the policy sees, as in a `Step`, and the facts of the start.
 
         The start, the noise and all random values of the episode come from `random`.
         """
@@ -212,15 +211,11 @@ class Episodes:
         place = np.array([start.pose.x, start.pose.y, start.pose.yaw])
         return self._last_seen, {"start": place, **start.facts}
 
-    def step(self, action: ArrayLike) -> Step:
-        """Drive for one action.
-
-        Raises:
-            KbotError: the action cannot be commanded, or the episode is over.
-        """
+    def step(self, given: list[float]) -> Step:
+        """Drive for one action, which `PolicyInterface.limited` returned. Raises KbotError: the episode is
+        over."""
         if self._is_over:
             raise KbotError("the episode is over: call reset first")
-        given = self.interface.limited(action)
         speeds = self.interface.speeds_of(given)
         simulation = self.stage.simulation
         try:
@@ -236,14 +231,15 @@ class Episodes:
         if truth is not None:
             self._last_seen = self._observe(truth)
         terminated = bool(outcome)
-        truncated = not terminated and self.time >= self.options.time_limit - 1e-9
+        time = self.time
+        truncated = not terminated and time >= self.options.time_limit - 1e-9
         rewards = {name: weight * terms.get(name, 0.0) for name, weight in self.weights.items()}
         info: dict[str, Any] = {"rewards": rewards}
         if terminated or truncated:
             self._is_over = True
             outcome = outcome or TIME_LIMIT
-            info |= {"outcome": outcome, "is_success": outcome == ARRIVED, "time": self.time}
-            info |= self.task.facts(self.time, outcome)
+            info |= {"outcome": outcome, "is_success": outcome == ARRIVED, "time": time}
+            info |= self.task.facts(time, outcome)
         return Step(self._last_seen, sum(rewards.values()), terminated, truncated, info)
 
     @property
@@ -288,7 +284,7 @@ class Episodes:
             terms["arrival" if outcome == ARRIVED else "failure"] = 1.0
         return terms, outcome
 
-    def _observe(self, truth: Motion) -> Vector:
+    def _observe(self, truth: Motion) -> list[float]:
         """What the policy sees now."""
         simulation = self.stage.simulation
         motion, pose = truth, truth.pose
@@ -300,7 +296,7 @@ class Episodes:
         observation = Observation(now, pose, motion.twist, points, now - seen_at)
         if self._is_noisy:
             observation = self._drawn.noise.add(observation, self._random)
-        return self.interface.observe(observation, require_started(self._target), self._last_action)
+        return self.interface.numbers(observation, require_started(self._target), self._last_action)
 
     def _end(self) -> None:
         """Undo what the last episode changed in its simulation."""

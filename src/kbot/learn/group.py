@@ -50,7 +50,7 @@ class Group:
         self._randoms: list[np.random.Generator] = [random_numbers(None) for _ in range(count)]
         self._steps = [0] * count
         self._is_over = [False] * count
-        self._seen = np.zeros((count, len(first.interface.inputs)), dtype=np.float32)
+        self._seen: list[list[float]] = [[0.0] * len(first.interface.inputs) for _ in range(count)]
         self._pictures: dict[int, Picture] = {}
 
     def reset(self, seeds: Sequence[int | None], chosen: Sequence[bool]) -> tuple[Vector, list[Info]]:
@@ -61,30 +61,43 @@ class Group:
                 if seed is not None:
                     self._randoms[index] = random_numbers(seed)
                 infos[index] = self._start(index)
-        return self._seen.copy(), infos
+        return self.interface.bounded(self._seen), infos
 
     def step(self, actions: Vector) -> Batch:
-        """Drive every robot for one action (count, n). Raises KbotError: an action cannot be commanded."""
+        """Drive every robot for one action (count, n) of finite numbers.
+
+        The results become arrays at the end, because numpy takes as long for a single number as for all.
+        """
         count = len(self.episodes)
-        rewards = np.zeros(count)
-        terminated, truncated = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+        rewards, terminated, truncated = [0.0] * count, [False] * count, [False] * count
         infos: list[Info] = []
+        given: list[list[float]] = np.clip(actions, -1.0, 1.0).tolist()
         for index, episodes in enumerate(self.episodes):
             if self._is_over[index] and self._autoreset == NEXT_STEP:
                 infos.append(self._start(index))
                 continue
-            step = episodes.step(actions[index])
+            step = episodes.step(given[index])
             self._steps[index] += 1
             too_long = self._most_steps is not None and self._steps[index] >= self._most_steps
             self._seen[index], rewards[index] = step.seen, step.reward
             terminated[index] = step.terminated
             truncated[index] = step.truncated or (too_long and not step.terminated)
-            is_over = self._is_over[index] = bool(step.terminated or truncated[index])
+            is_over = self._is_over[index] = step.terminated or truncated[index]
             info = step.info
             if is_over and self._autoreset == SAME_STEP:
-                info = {"final_obs": step.seen, "final_info": info, **self._start(index)}
+                info = {
+                    "final_obs": self.interface.bounded(step.seen),
+                    "final_info": info,
+                    **self._start(index),
+                }
             infos.append(info)
-        return Batch(self._seen.copy(), rewards, terminated, truncated, infos)
+        return Batch(
+            self.interface.bounded(self._seen),
+            np.array(rewards),
+            np.array(terminated),
+            np.array(truncated),
+            infos,
+        )
 
     def render(self) -> list[NDArray[np.uint8]]:
         """A picture (height, width, 3) of each environment. Raises KbotError: OpenGL is not available."""

@@ -176,6 +176,18 @@ class PolicyInterface:
         `last_action` is the vector that the policy returned last, at first `no_action`.
 
         Raises:
+            KbotError: as `numbers`.
+        """
+        return self.bounded(self.numbers(observation, target, np.asarray(last_action).tolist()))
+
+    def bounded(self, numbers: ArrayLike) -> Vector:
+        """The vector of what `numbers` returned, or the vectors (n, ...) of several."""
+        return np.minimum(np.maximum(np.array(numbers, dtype=np.float32), self.low), self.high)
+
+    def numbers(self, observation: Observation, target: Target, last_action: list[float]) -> list[float]:
+        """The numbers of `inputs` before they are limited to their bounds.
+
+        Raises:
             KbotError: the policy sees a lidar, and no scan was received yet, or the target is of another
                 kind.
         """
@@ -185,12 +197,12 @@ class PolicyInterface:
         values = [*target.values(observation.pose), moved.x, moved.yaw]
         if self.lateral is not None:
             values.append(moved.y)
-        values += last_action if isinstance(last_action, list) else np.asarray(last_action).tolist()
+        values += last_action
         if self.lidar is not None:
             if observation.obstacles is None:
                 raise KbotError("the policy sees a lidar, but no scan was received yet")
             values += self.lidar.nearest(observation.obstacles).tolist()
-        return np.minimum(np.maximum(np.array(values, dtype=np.float32), self.low), self.high)
+        return values
 
     def speeds(self, action: ArrayLike) -> tuple[float, float, float]:
         """The speeds forward (m/s), of turning (rad/s) and to the left (m/s) of a policy's vector.
@@ -205,10 +217,14 @@ class PolicyInterface:
     def speeds_of(self, shares: list[float]) -> tuple[float, float, float]:
         """As `speeds`, of numbers that `limited` returned."""
         wanted = [
-            field.low + (share + 1.0) / 2.0 * (field.high - field.low)
-            for field, share in zip(self.actions, shares, strict=True)
+            low + (share + 1.0) / 2.0 * span for (low, span), share in zip(self._ranges, shares, strict=True)
         ]
         return wanted[0], wanted[1], wanted[2] if len(wanted) > 2 else 0.0
+
+    @cached_property
+    def _ranges(self) -> tuple[tuple[float, float], ...]:
+        """The lower bound and the width of the range of each speed in `actions`."""
+        return tuple((field.low, field.high - field.low) for field in self.actions)
 
     def limited(self, action: ArrayLike) -> list[float]:
         """The numbers of a policy's vector, limited to -1 and 1. Raises KbotError as `speeds` does."""

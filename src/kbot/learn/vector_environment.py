@@ -196,9 +196,11 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
         names = next((each for each in terms if each is not None), None)
         if names is not None:
             has_terms = np.array([each is not None for each in terms])
+            none = [0.0] * len(names)
+            table = np.array([none if each is None else [*each.values()] for each in terms])
             rewards: Info = {}
-            for name in names:
-                rewards[name] = np.array([0.0 if each is None else each[name] for each in terms])
+            for name, values in zip(names, table.T.copy(), strict=True):
+                rewards[name] = values
                 rewards[f"_{name}"] = has_terms
             merged["rewards"], merged["_rewards"] = rewards, has_terms
         for index, info in enumerate(infos):
