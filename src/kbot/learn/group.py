@@ -71,7 +71,7 @@ class Group:
         count = len(self.episodes)
         rewards, terminated, truncated = [0.0] * count, [False] * count, [False] * count
         infos: list[Info] = []
-        given: list[list[float]] = np.clip(actions, -1.0, 1.0).tolist()
+        given: list[list[float]] = np.minimum(np.maximum(actions, -1.0), 1.0).tolist()
         for index, episodes in enumerate(self.episodes):
             if self._is_over[index] and self._autoreset == NEXT_STEP:
                 infos.append(self._start(index))

@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.learn.environment import spaces
-from kbot.learn.group import Flags, Info
+from kbot.learn.group import Batch, Flags, Info
 from kbot.learn.group_process import GroupProcess, LocalGroup
 from kbot.learn.inputs import PolicyInterface, Vector
 from kbot.text import KbotError
@@ -132,11 +132,9 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
             over = np.flatnonzero(self._is_over).tolist()
             raise KbotError(f"the episodes of the environments {over} are over: reset them with reset_mask")
         batches = self._call("step", [(given[part],) for part in self._parts])
-        seen, rewards, terminated, truncated = (
-            np.concatenate(part) for part in list(zip(*batches, strict=True))[:4]
-        )
+        batch = batches[0] if len(batches) == 1 else _joined(batches)
+        seen, rewards, terminated, truncated, infos = batch
         self._is_over = terminated | truncated
-        infos = [info for batch in batches for info in batch.infos]
         return seen, rewards, terminated, truncated, self._merged(infos)
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
@@ -207,6 +205,12 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
             if info:
                 merged = self._add_info(merged, info, index)
         return merged
+
+
+def _joined(batches: Sequence[Batch]) -> Batch:
+    *arrays, infos = zip(*batches, strict=True)
+    seen, rewards, terminated, truncated = map(np.concatenate, arrays)
+    return Batch(seen, rewards, terminated, truncated, [info for part in infos for info in part])
 
 
 def _count(name: str, value: object) -> int:
