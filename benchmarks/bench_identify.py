@@ -30,10 +30,9 @@ from pathlib import Path
 import numpy as np
 
 from kbot.identify.csv_file import read_csv
-from kbot.identify.identification import identify
+from kbot.identify.identification import KINEMATIC, identify
 from kbot.identify.log import DriveLog
 from kbot.identify.nominal import read_nominal
-from kbot.identify.result import KINEMATIC
 
 KINDS = ("displacements", "poses", "unequal intervals", "correlated noise", "outliers")
 INTERVALS = 400

@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kbot.identify.csv_file import read_csv
-from kbot.identify.identification import identify
+from kbot.identify.identification import KINEMATIC, identify
 from kbot.identify.intervals import half_widths
 from kbot.identify.nominal import read_nominal
-from kbot.identify.result import KINEMATIC
 from kbot.text import KbotError
 
 from .synthetic import DISPLACEMENTS, POSES, Truth, chained, rows, speeds, write

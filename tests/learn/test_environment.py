@@ -297,6 +297,18 @@ def test_robot_that_cannot_drive_is_refused(tmp_path):
         make(robot=str(file))
 
 
+def test_friction_of_a_base_that_slides_is_refused(tmp_path):
+    file = tmp_path / "base.urdf"
+    file.write_text(
+        '<robot name="base"><link name="base_link"><inertial><origin xyz="0 0 0.1"/><mass value="10"/>'
+        '<inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<collision><origin xyz="0 0 0.1"/><geometry><box size="0.5 0.4 0.2"/></geometry></collision></link>'
+        '<gazebo><plugin name="drive" filename="libgazebo_ros_planar_move.so"/></gazebo></robot>'
+    )
+    with pytest.raises(kbot.KbotError, match="friction cannot be randomised for a holonomic base"):
+        make(robot=str(file), randomise={"friction": (0.2, 0.8)})
+
+
 def test_world_without_room_is_refused():
     with pytest.raises(kbot.KbotError, match=r"no place|no two places"):
         make(world="corridor:length=1,width=0.25").reset(seed=1)

@@ -36,7 +36,7 @@ _SEPARATIONS = (1.0 / 3.0, 1.0, 3.0)
 description's separation. Two unequal wheels drive a curve whose radius depends on the separation."""
 
 _LINES_AND_TURNS = "needs drives along a line and turns, with a reference of translation and rotation"
-_KINEMATIC = {
+KINEMATIC = {
     LEFT_RADIUS: ("m", _LINES_AND_TURNS),
     RIGHT_RADIUS: ("m", _LINES_AND_TURNS),
     WHEEL_SEPARATION: ("m", "needs turns, and drives along a line"),
@@ -44,7 +44,7 @@ _KINEMATIC = {
     SENSOR_Y: ("m", "needs turns"),
     SENSOR_YAW: ("rad", "needs drives along a line, with a reference of translation"),
 }
-"""Unit, and what a log needs, in the order of the parameters."""
+"""The parameters of the odometry model in its order: unit, and what a log needs."""
 _DYNAMIC: dict[str, tuple[str, float | None, str]] = {
     ENCODER: ("1", 1.0, "needs commands (cmd_v, cmd_w)"),
     GYRO: ("1", 1.0, "needs a gyro (imu_wz), turns, and a reference of rotation"),
@@ -88,7 +88,7 @@ def _identify(log: DriveLog, nominal: Nominal) -> Identification:
         low[CURVATURE], high[CURVATURE] = -np.inf, np.inf
     is_observable = _is_observable(low, high, nominal)
     estimates, unobservable = {}, {}
-    for index, (name, (unit, needed)) in enumerate(_KINEMATIC.items()):
+    for index, (name, (unit, needed)) in enumerate(KINEMATIC.items()):
         if is_observable[index]:
             numbers = (float(value[index]), float(low[index]), float(high[index]))
             estimates[name] = Estimate(*numbers, unit, nominal.values[name])

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION = "left_wheel_radius", "right_wheel_radius", "wheel_separation"
 SENSOR_POSE = SENSOR_X, SENSOR_Y, SENSOR_YAW = "sensor_x", "sensor_y", "sensor_yaw"
-KINEMATIC = (LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION, *SENSOR_POSE)
-"""The names of the parameters of the odometry model, in its order."""
 SCHEMA = 1
 """Version of the JSON of `kbot identify`."""
 _MOST_DECIMALS = 6

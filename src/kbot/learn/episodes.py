@@ -18,7 +18,7 @@ import numpy as np
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.inputs import PolicyInterface
 from kbot.learn.option_checks import require_range
-from kbot.learn.randomisation import Deviations, Drawn, Randomisation
+from kbot.learn.randomisation import Deviations, Drawn, Randomisation, require_friction
 from kbot.learn.robot_interface import REACH, policy_interface
 from kbot.learn.stage import MOST_KEPT, SEED, Library, Scene, Stage
 from kbot.learn.targets import Target
@@ -163,6 +163,8 @@ class Episodes:
         nominal = task.scene(self._scene, np.random.default_rng(0))
         self.stage = self._stage_of(_with_world_seed(nominal, self._seeds[0]))
         self.interface = self._interface_of(self.stage)
+        if self._randomisation.friction is not None:
+            require_friction(self.stage.simulation)
         self._faults: list[int] = []
         self._drawn = Drawn(None, Deviations(), 0.0)
         self._is_noisy = False

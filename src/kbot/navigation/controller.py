@@ -28,6 +28,9 @@ _REST_SPEED = 0.01
 _REST_TURNING = 0.15
 """m/s and rad/s below which a robot is at rest. With the default braking it stops within 0.1 mm and 3 mrad: a
 hundredth and a seventh of what a goal allows."""
+PLANNED_BRAKING = 0.7
+"""Share of the braking with which a follower slows down before the end of its path. It can still brake harder
+than planned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

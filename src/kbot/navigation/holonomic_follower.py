@@ -7,7 +7,14 @@ import math
 import numpy as np
 
 from kbot.messages import Twist, Vector3
-from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, wrapped
+from kbot.navigation.controller import (
+    GENTLE,
+    PLANNED_BRAKING,
+    STILL,
+    ControllerLimits,
+    Observation,
+    wrapped,
+)
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
@@ -15,6 +22,8 @@ _GAIN = 4.0
 """1/s. The error of the pose decays with this rate; 1 is a tenth of the rate of the controller."""
 _AHEAD = 0.1
 """Seconds by which the reference is ahead: about the lag of the drive."""
+_STEP = 0.05
+"""Seconds of the reference over which its speed is measured."""
 _SLOWEST = 0.01
 """m/s or, times the turning length, rad/s. The lowest speed along the path."""
 _RADIAN = 0.15
@@ -66,8 +75,9 @@ class HolonomicFollower:
         speed = self._speed()
         x, y, yaw = self._reference(self._place + speed * _AHEAD)
         at_x, at_y, at_yaw = self._reference(self._place)
-        ahead = self._reference(self._place + max(speed * 0.05, 1e-4))
-        span = min(max(speed * 0.05, 1e-4), max(self.remaining, 1e-9))
+        step = max(speed * _STEP, 1e-4)
+        ahead = self._reference(self._place + step)
+        span = min(step, max(self.remaining, 1e-9))
         drive = [speed * (b - a) / span for a, b in zip((at_x, at_y, at_yaw), ahead, strict=True)]
         error = x - pose.x, y - pose.y, wrapped(yaw - pose.yaw)
         vx, vy, w = (d + _GAIN * (e - d * _AHEAD) for d, e in zip(drive, error, strict=True))
@@ -88,7 +98,7 @@ class HolonomicFollower:
         at = min(int(np.searchsorted(self._along, self._place, side="right")) - 1, len(self._fastest) - 1)
         away = np.maximum(self._along[at:-1] - self._place, 0.0)
         bounds = np.sqrt(self._fastest[at:] ** 2 + 2.0 * self.limits.braking * away)
-        end = math.sqrt(2.0 * 0.7 * self.limits.braking * max(self.remaining, 0.0))
+        end = math.sqrt(2.0 * PLANNED_BRAKING * self.limits.braking * max(self.remaining, 0.0))
         return max(min(float(bounds.min()), end), _SLOWEST if self.remaining > 0.0 else 0.0)
 
     def _advance(self, x: float, y: float, yaw: float) -> None:

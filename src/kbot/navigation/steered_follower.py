@@ -17,7 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, twist, wrapped
+from kbot.navigation.controller import (
+    GENTLE,
+    PLANNED_BRAKING,
+    STILL,
+    ControllerLimits,
+    Observation,
+    twist,
+    wrapped,
+)
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
@@ -36,6 +44,15 @@ _JUMP = 0.3
 slows down."""
 _OFF_IN_JUMP = 0.05
 """The base may drive this share of its turning radius while its wheels steer in a jump."""
+_NEAR_END = 0.3
+"""Turning radii before an end, within which the nearest place on the path does not show how far it is."""
+_MISSED = 0.02
+"""Turning radii. A base that has stopped further before an end than this drives on."""
+_LAG, _LAG_PER_TIME = 0.05, 0.1
+"""s, and share of the time to steer from limit to limit, by which the steering lags behind small changes."""
+_DECAY, _DECAY_IN_LAGS = 0.3, 4.0
+"""Distance over which the errors decay: turning radii, but at least the way in this many lags, because the
+steering would otherwise swing."""
 _WINDOW = 0.5
 """The nearest place on the path is looked for at most this many turning radii ahead."""
 
@@ -83,7 +100,6 @@ class SteeredFollower:
         """Always 0: a steered base does not turn on the spot."""
         self._at, self._along = 0, 0.0
         self._stops = False
-        self._curvature = 0.0
         self._measured: float | None = None
 
     def update(self, observation: Observation) -> Twist:
@@ -112,18 +128,18 @@ class SteeredFollower:
         curvature = self._steer(preview, off, turned, piece.direction)
         self._measure(observation)
         speed = self._speed(piece, left_of_end, curvature)
-        self._curvature = curvature
         v = piece.direction * speed
         return twist(v, v * curvature)
 
     @property
     def _near_end(self) -> float:
-        return 0.3 * self._steering.radius
+        """Distance in m before an end from which the distance along its heading counts."""
+        return _NEAR_END * self._steering.radius
 
     @property
     def _lag(self) -> float:
         """Seconds by which the steering lags behind small changes."""
-        return 0.05 + 0.1 * self._steering.time
+        return _LAG + _LAG_PER_TIME * self._steering.time
 
     def _stop(self, observation: Observation) -> Twist:
         """Stand still, and then begin the next piece, or go on if the base is still before the end."""
@@ -131,7 +147,7 @@ class SteeredFollower:
             self._stops = False
             piece = self._pieces[self._at]
             self._advance(piece, observation.pose.x, observation.pose.y)
-            if piece.length - self._along > max(self.limits.distance, 0.02 * self._steering.radius):
+            if piece.length - self._along > max(self.limits.distance, _MISSED * self._steering.radius):
                 self._measured = None
                 return STILL
             self._at, self._along, self._measured = self._at + 1, 0.0, None
@@ -145,7 +161,9 @@ class SteeredFollower:
         return min(0.2 * self.limits.distance, 0.002) + speed * speed / (4.0 * self.limits.braking)
 
     def _steer(self, curvature: float, off: float, turned: float, direction: float) -> float:
-        length = max(0.3 * self._steering.radius, 4.0 * self._lag * self.limits.linear)
+        """The curvature in 1/m to drive, for a path of some curvature from which the base is `off` m to the
+        left, and turned by some rad."""
+        length = max(_DECAY * self._steering.radius, _DECAY_IN_LAGS * self._lag * self.limits.linear)
         feed = curvature * math.cos(turned) / max(1.0 - curvature * off, 0.3)
         share = math.sin(turned) / turned if turned else 1.0
         wanted = feed - off * share / length**2 - 2.0 * direction * turned / length
@@ -161,7 +179,7 @@ class SteeredFollower:
     def _speed(self, piece: _Piece, left: float, curvature: float) -> float:
         limits, radius = self.limits, self._steering.radius
         speed = min(limits.linear, limits.angular / max(abs(curvature), 1e-9))
-        speed = min(speed, math.sqrt(2.0 * 0.7 * limits.braking * max(left, 0.0)))
+        speed = min(speed, math.sqrt(2.0 * PLANNED_BRAKING * limits.braking * max(left, 0.0)))
         change = np.abs(np.diff(piece.curvatures)) * radius / 2.0
         for at in np.flatnonzero(change > _JUMP / 2.0):
             away = float(piece.along[at + 1]) - self._along

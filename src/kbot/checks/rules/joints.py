@@ -12,7 +12,6 @@ from kbot.model import JointType
 from kbot.text import Element, Fix, Related, Severity
 from kbot.text.suggest import did_you_mean
 
-_LIMITED = (JointType.REVOLUTE, JointType.PRISMATIC)
 _FULL_TURN = 2.0 * math.pi
 
 

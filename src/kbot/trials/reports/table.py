@@ -8,7 +8,7 @@ from kbot.text import Diagnostic
 from kbot.text.render import place, printable
 from kbot.trials.results import MeasureResult, TrialResult
 
-_GREEN, _RED, _BOLD = "32", "1;31", "1"
+_GREEN, _RED = "32", "1;31"
 _MOST_FINDINGS = 3
 """Findings of a failed trial. `--html` shows more, with excerpts of the sources."""
 
