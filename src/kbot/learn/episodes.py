@@ -376,11 +376,6 @@ def _require_kinds(options: Options) -> None:
     if options.lidar is not None and not isinstance(options.lidar, int | np.integer):
         raise KbotError(f"lidar must be a whole number of directions, not {options.lidar!r}")
     positive("reach in m", options.reach, LONGEST)
-    if options.max_speed is not None:
-        speeds: object = options.max_speed
-        is_pair = isinstance(speeds, tuple | list | np.ndarray) and len(speeds) == 2
-        if not (is_pair and all(map(is_finite, options.max_speed))):
-            raise KbotError(f"max_speed must be two finite numbers in m/s and rad/s, not {speeds!r}")
 
 
 def _require_seeds(seeds: object) -> tuple[int, int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
 from kbot.navigation.controller import GENTLE
+from kbot.sim.numbers import is_finite
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
 
@@ -73,11 +73,14 @@ def motion_limits(robot: SimulatedRobot, max_speed: tuple[float, float] | None =
     A speed without a declared limit is limited to that of goals with a map.
 
     Raises: KbotError: `max_speed` is not two finite numbers above 0."""
-    if max_speed is not None and not (isinstance(max_speed, Sequence) and len(max_speed) == 2):
-        raise KbotError(
-            "max_speed must be two numbers, the highest speeds in m/s and rad/s, for example (0.5, 2.0), "
-            f"not {reprlib.repr(max_speed)}"
-        )
+    if max_speed is not None:
+        speeds: object = max_speed
+        is_pair = isinstance(speeds, tuple | list | np.ndarray) and len(speeds) == 2
+        if not (is_pair and all(map(is_finite, max_speed))):
+            raise KbotError(
+                f"max_speed must be two finite numbers in m/s and rad/s, not {reprlib.repr(speeds)}"
+            )
+        max_speed = max_speed[0], max_speed[1]
     declared = (math.inf, math.inf, math.inf)
     acceleration, angular_acceleration = _GRIP, _TURN_GRIP
     if robot.wheels is not None and robot.settings is not None:
