@@ -62,7 +62,12 @@ def test_action_spans_the_bounds_of_the_speeds():
 
 @pytest.mark.parametrize(
     ("action", "part"),
-    [([0.0], "must have 2 numbers (linear, angular)"), ([0.0, math.nan], "finite"), ([[0.0, 0.0]], "shape")],
+    [
+        ("ab", "2 numbers"),
+        ([0.0], "must have 2 numbers (linear, angular)"),
+        ([0.0, math.nan], "finite"),
+        ([[0.0, 0.0]], "shape"),
+    ],
 )
 def test_action_that_cannot_be_commanded_is_refused(action, part):
     with pytest.raises(kbot.KbotError, match=r"action") as caught:
@@ -130,7 +135,17 @@ def test_text_of_an_interface_reads_back(interface):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{}", "[1]", '{"format": 1}', GOAL.to_json().replace("[0.0, 0.4]", "3")]
+    "text",
+    [
+        "",
+        "{}",
+        "[1]",
+        '{"format": 1}',
+        GOAL.to_json().replace("[0.0, 0.4]", "3"),
+        GOAL.to_json().replace("[0.0, 0.4]", f"[0.0, {'9' * 400}]"),
+        "[" * 100_000,
+    ],
+    ids=["empty", "object", "list", "format alone", "a number", "a huge number", "deep"],
 )
 def test_other_text_is_refused(text):
     with pytest.raises(kbot.KbotError, match="policy"):
@@ -152,6 +167,7 @@ def test_later_version_is_refused():
         (lambda: PolicyInterface("goal", (1.0, 1.0), (-1.0, 1.0)), "linear speed"),
         (lambda: PolicyInterface("goal", (0.0, 1.0), (-1.0, math.nan)), "angular speed"),
         (lambda: PolicyInterface("goal", (0.0, 1.0), (-1.0, 1.0), rate=0.0), "rate"),
+        (lambda: PolicyInterface("goal", (0.0, 1.0), (-1.0, 1.0), rate=1e-9), "rate"),
         (lambda: PathTarget(Path.through([(1.0, 1.0), (1.0, 1.0)])), "two different points"),
         (lambda: GoalTarget(math.inf, 0.0), "finite"),
     ],

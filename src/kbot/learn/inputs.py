@@ -27,6 +27,8 @@ _SPARE = 1.5
 """The seen speeds are bounded by the highest commanded ones times this, because a robot can slide or roll
 downhill."""
 _FASTEST, _MOST_SECTORS, _MOST_RATE = 1000.0, 10_000, 1000.0
+_LEAST_RATE = 0.1
+"""Hz. With fewer commands, a run waits for the next one without an end in sight."""
 """m/s or rad/s, sectors, and Hz, far above those of any robot: only a mistake exceeds them."""
 FORMAT = 1
 """The version of `to_json`. It changes when a policy of an older version would see something else."""
@@ -103,9 +105,9 @@ class PolicyInterface:
                     f"the {name} speed of a policy must have a lower and a higher bound within"
                     f" ±{_FASTEST:g}, not {low} to {high}"
                 )
-        if not 0.0 < self.rate <= _MOST_RATE:
+        if not _LEAST_RATE <= self.rate <= _MOST_RATE:
             raise KbotError(
-                f"the rate of a policy must be above 0 and at most {_MOST_RATE:g} Hz, not {self.rate}"
+                f"the rate of a policy must be from {_LEAST_RATE:g} to {_MOST_RATE:g} Hz, not {self.rate}"
             )
 
     @cached_property
@@ -278,7 +280,7 @@ class PolicyInterface:
                 lidar=None if lidar is None else Sectors(**lidar),
                 rate=float(values.pop("rate")),
             )
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
             raise KbotError(f"not a description of a policy's inputs and actions: {error!r}") from None
 
 
