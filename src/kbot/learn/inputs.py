@@ -27,9 +27,9 @@ _SPARE = 1.5
 """The seen speeds are bounded by the highest commanded ones times this, because a robot can slide or roll
 downhill."""
 _FASTEST, _MOST_SECTORS, _MOST_RATE = 1000.0, 10_000, 1000.0
-_LEAST_RATE = 0.1
-"""Hz. With fewer commands, a run waits for the next one without an end in sight."""
 """m/s or rad/s, sectors, and Hz, far above those of any robot: only a mistake exceeds them."""
+_LEAST_RATE = 0.1
+"""Hz. A run of a policy with fewer commands would wait for the next one for very long."""
 FORMAT = 1
 """The version of `to_json`. It changes when a policy of an older version would see something else."""
 
