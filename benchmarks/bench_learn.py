@@ -6,7 +6,9 @@ Both simulate the same robots with the same commands: `mujoco.rollout` gets the 
 environment gave, and its robots must end where those of the environment end. Each call of either simulates
 one action of 0.1 s for all robots. Only the environment limits accelerations, computes odometry, watches for
 collisions and falls, and returns observations, rewards and infos; with a lidar, it also casts the rays. The
-medians of alternating calls are compared.
+medians of alternating calls are compared. Without a lidar, the difference is the time of Python: up to ten
+wheel commands and five control periods for each action, and the observation and reward. With two cores, the
+results also pass between processes.
 """
 
 from __future__ import annotations
@@ -130,7 +132,7 @@ def main() -> int:
     parser.add_argument("--actions", type=int, default=15)
     parser.add_argument("--cores", type=int, nargs="+", default=sorted({1, os.cpu_count() or 1}))
     options = parser.parse_args()
-    print(f"{options.robots} robots, {options.actions} actions of 0.1 s each; mujoco.rollout is 1.00")
+    print(f"{options.robots} robots, {options.actions} actions of 0.1 s each; mujoco.rollout is 1.00\n")
     print("| world | cores | physics steps/s | actions/s | share of mujoco.rollout |")
     print("| --- | --- | --- | --- | --- |")
     failed = False
