@@ -14,7 +14,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.robot_info import describe
 from kbot.model.load import load_robot, load_robot_text
-from kbot.navigation.simulated import require_turning
+from kbot.navigation.mobility import mobility
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.workbench.session.driven_session import reason_not_driving
@@ -114,11 +114,11 @@ def test_wheel_axes_to_the_right_drive_backwards(named):
 
 
 def test_goals_are_rejected_if_the_robot_turns_against_its_commands(named):
-    require_turning(Simulation(named(LEFT, RIGHT)))
+    mobility(Simulation(named(LEFT, RIGHT)))
     with pytest.raises(
         KbotError, match=rf"cannot follow a path: its left joint '{RIGHT}'.*turns are reversed"
     ):
-        require_turning(Simulation(named(RIGHT, LEFT)))
+        mobility(Simulation(named(RIGHT, LEFT)))
 
 
 def test_drive_with_one_joint_on_both_sides_does_not_move(named):

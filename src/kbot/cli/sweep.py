@@ -71,20 +71,9 @@ class _Outputs:
 @click.command(
     "sweep",
     epilog=examples(
-        (
-            "kbot sweep robot.xacro --set wheel_radius=0.02:0.05:7 --scenario straight "
-            "--objective energy --out wheels",
-            "7 wheel radii",
-        ),
-        "kbot sweep kbot --set wheel_radius=0.02:0.05 --set world=empty,rooms --scenario drive.scenario.yaml "
-        "--method lhs --runs 200 --out wheels",
-        "kbot sweep kbot --set wheel_radius=0.02:0.05 --scenario straight --method optimize --runs 100 "
-        "--objective energy --objective path_length:max --out wheels --html wheels.html",
-        (
-            "kbot sweep robot.xacro --set wheel_radius=0.02:0.05:7 --scenario straight "
-            "--objective energy --out wheels --write best.xacro",
-            "write the best one",
-        ),
+        "kbot sweep kbot --set wheel_radius=0.02:0.05:7 --scenario straight --out a",
+        "kbot sweep kbot --set world=empty,rooms --scenario all --out b --html b.html",
+        "kbot sweep r.xacro --set track=0.2:0.4:9 --scenario circle --out c --on ray",
     ),
 )
 @click.argument("words", nargs=-1, metavar="FILE [name:=value ...]")

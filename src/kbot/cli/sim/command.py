@@ -182,7 +182,7 @@ class _RunOptions:
         "kbot sim kbot --headless --duration 10 --cmd-vel 0.2,0",
         "kbot sim kbot --headless --world maze:size=4 --goto 1.8,1.8,0",
         "kbot sim kbot lidar:=true --headless --goto 1.8,1.8 --no-map",
-        ("kbot sim kbot lidar:=true --policy policy.onnx --goto 1.8,1.8", "watch a policy drive"),
+        "kbot sim kbot lidar:=true --policy policy.onnx --goto 1.8,1.8",
         "kbot sim robot.xacro wheel_radius:=0.04 --headless --script drive.py --json",
     ),
 )
