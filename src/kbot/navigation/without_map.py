@@ -171,7 +171,8 @@ class LocalPilot:
     def _begin_estimate(self) -> None:
         """Start from the true pose."""
         simulation = self._simulation
-        self.estimate = PoseEstimate(simulation.ground_truth.pose, self._navigator.limits.drift)
+        limits = self._navigator.limits
+        self.estimate = PoseEstimate(simulation.ground_truth.pose, limits.drift, limits.centre)
         self._jumps, self._time = simulation.robots.first.jumps, simulation.time
         self._begin_watch()
 

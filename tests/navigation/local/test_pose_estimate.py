@@ -73,6 +73,14 @@ def test_a_drifting_base_is_modelled():
     assert _off(plain, true) > 0.2
 
 
+def test_a_base_turns_about_its_centre():
+    estimate = PoseEstimate(PlanarPose(), centre=0.03)
+    yaw = _drive(estimate, [(0.0, 1.0)] * 30, 1.0, gyro=False).yaw
+    # the point 0.03 m ahead stays where it is
+    middle = 0.03 - 0.03 * math.cos(yaw), -0.03 * math.sin(yaw)
+    assert (estimate.pose.x, estimate.pose.y) == pytest.approx(middle, abs=1e-3)
+
+
 def test_an_earlier_pose_is_interpolated():
     estimate = PoseEstimate(PlanarPose())
     _drive(estimate, [(1.0, 0.0)] * 20, 1.0, gyro=False)

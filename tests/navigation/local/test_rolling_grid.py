@@ -56,6 +56,20 @@ def test_beams_that_pass_through_a_cell_free_it_after_three_scans():
     assert _is_occupied(grid, 2.02, -0.02)
 
 
+def test_only_the_surfaces_that_a_lidar_sees_are_forgotten():
+    grid = RollingGrid(0.05)
+    behind = SensorPlace(0.0, 0.0, math.pi)
+    grid.add(_wall(1.02), behind)
+    grid.add(_wall(3.02), HERE)
+    for distance in (1.02, 1.12):  # as if the estimate had moved
+        grid.add(_wall(distance), HERE)
+    grid.forget_seen(_wall(1.02), HERE)
+    assert not _is_occupied(grid, 1.02, -0.02)
+    assert not _is_occupied(grid, 1.12, -0.02)
+    assert _is_occupied(grid, 3.02, -0.02)
+    assert _is_occupied(grid, -1.02, -0.02)
+
+
 def test_cells_behind_the_wall_and_outside_the_angles_are_kept():
     grid = RollingGrid(0.05)
     grid.add(_wall(2.02), HERE)  # a wall that another one hides from now on

@@ -49,6 +49,9 @@ _TRIES_AGAIN = 0.05
 """m. A base that had no direct way to the goal tries again after it has moved by this."""
 _BASE = PlanarPose()
 
+_WIDER = 0.04
+"""m by which a way must be wider on each side after two failed attempts, so that another one is tried."""
+
 Scans = Sequence[tuple[LaserScan, SensorPlace]]
 
 
@@ -152,6 +155,8 @@ class LocalNavigator:
         self._sweeping: Sweeping | None = None
         self._cost_to_go: CostToGo | None = None
         self._moving: dict[str, MovingObstacles] = {}
+        self._scans: dict[str, tuple[LaserScan, SensorPlace]] = {}
+        """The last one of each lidar."""
         self._commanded = STILL
         self._track: deque[tuple[float, float, float]] = deque()
         self._run: _Run | None = None
@@ -220,6 +225,7 @@ class LocalNavigator:
         self.grid.center_on(pose.x, pose.y)
         for scan, place in scans:
             self.grid.add(scan, place)
+            self._scans[scan.header.frame_id] = scan, place
             self._moving.setdefault(scan.header.frame_id, MovingObstacles()).add(scan, place)
         return self._wanted(run, observation)
 
@@ -290,7 +296,12 @@ class LocalNavigator:
         """Continue to compute the cost-to-go: a share of the work per tick."""
         if self._sweeping is None:
             weight = halved(
-                weights(self.grid.occupied, self.grid.resolution, self._radius, self.settings.room)
+                weights(
+                    self.grid.occupied,
+                    self.grid.resolution,
+                    self._radius + _WIDER * (run.attempts // 2),
+                    self.settings.room,
+                )
             )
             goal = run.goal.x, run.goal.y
             self._sweeping = Sweeping(
@@ -418,7 +429,7 @@ class LocalNavigator:
         return all(math.hypot(pose.x - x, pose.y - y) < self._footprint.outer for _, x, y in track)
 
     def _recover(self, run: _Run, observation: Observation) -> Twist:
-        """Back up or turn, alternately, and forget what was detected. Give up after `attempts` times."""
+        """Back up or turn, alternately, and look again. Give up after `attempts` times."""
         if run.attempts >= self.settings.attempts:
             what = "an obstacle is in the way" if self._sampling.is_blocked else "the robot makes no progress"
             left = math.hypot(run.goal.x - observation.pose.x, run.goal.y - observation.pose.y)
@@ -434,11 +445,18 @@ class LocalNavigator:
         run.attempts += 1
         run.recovering_until = observation.time + self.settings.back_up
         if run.attempts % 2 == 0:
-            self.grid.clear()
-            self._sweeping = None
+            self._look_again()
         self._sampling.restart()
         self._restart_progress(observation)
         return STILL
+
+    def _look_again(self) -> None:
+        """Forget what the lidars see now: errors of the pose estimate have made it thicker than it is.
+
+        What they do not see is kept, because the robot may back up to it."""
+        for scan, place in self._scans.values():
+            self.grid.forget_seen(scan, place)
+        self._sweeping = None
 
     def _hold(self, run: _Run, observation: Observation, field: DistanceField) -> Twist:
         """Continue a recovery while it is free of obstacles."""

@@ -33,9 +33,9 @@ class PoseEstimate:
     wheels that are 10 % too large 1 m.
     """
 
-    def __init__(self, start: PlanarPose, drift: float = 0.0) -> None:
-        """`start` is the pose of the base at the first update. `drift` as in `MotionLimits`."""
-        self._drift = drift
+    def __init__(self, start: PlanarPose, drift: float = 0.0, centre: float = 0.0) -> None:
+        """`start` is the pose of the base at the first update. `drift` and `centre` as in `MotionLimits`."""
+        self._drift, self._centre = drift, centre
         self.twist = PlanarTwist()
         self._integrated, self._correction, self._matched = start, PlanarPose(), PlanarPose()
         self._way = 0.0
@@ -94,7 +94,8 @@ class PoseEstimate:
         # the chord of the odometry's arc, turned by half of the true turn
         half = PlanarPose(0.0, 0.0, (turned - moved.yaw) / 2.0)
         rate = self._rate if has_gyro else twist.yaw
-        step = half @ PlanarPose(moved.x, moved.y - self._drift * moved.x * rate)
+        across = self._drift * moved.x * rate + self._centre * turned
+        step = half @ PlanarPose(moved.x, moved.y - across)
         self._integrated = self._integrated @ PlanarPose(step.x, step.y, turned)
         self._way += math.hypot(step.x, step.y)
         self.twist = PlanarTwist(twist.x, twist.y, rate)

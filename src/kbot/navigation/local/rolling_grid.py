@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ _HIT = 3
 that one wrong beam does not remove an obstacle, and one that moved away is soon forgotten."""
 _BEYOND = 0.7
 """A beam must end this many cells beyond a cell's middle to show that the cell is free."""
+_SURFACE = 0.2
+"""m behind a detected point within which cells are of the same surface, seen with an error of the pose."""
 _CELLS = 240
 """Cells of an edge."""
 _SLACK = 8
@@ -105,8 +108,8 @@ class RollingGrid:
 
     def add(self, scan: LaserScan, place: SensorPlace) -> None:
         """Free the cells through which the beams of a scan pass, and occupy those in which they end."""
-        ranges = np.nan_to_num(scan.ranges.astype(np.float64), nan=0.0, posinf=math.inf, neginf=0.0)
-        self._free(scan, np.minimum(ranges, scan.range_max), place)
+        ranges = _plain(scan.ranges)
+        self._lower(scan, place, self._reach, -_BEYOND * self.resolution, 1)
         ends = np.flatnonzero(np.isfinite(scan.ranges) & (ranges > 0.0))
         angles = place.yaw + place.side * (scan.angle_min + ends * scan.angle_increment)
         column, row = self._cell(
@@ -115,13 +118,19 @@ class RollingGrid:
         inside = (row >= 0) & (row < self._count) & (column >= 0) & (column < self._count)
         self._evidence[row[inside], column[inside]] = _HIT
 
-    def _free(self, scan: LaserScan, ranges: NDArray[np.float64], place: SensorPlace) -> None:
-        """Lower the evidence of each cell nearer than both beams beside its middle."""
-        (left, right), (low, high) = self._span(place.x, 0, self._reach), self._span(place.y, 1, self._reach)
+    def forget_seen(self, scan: LaserScan, place: SensorPlace) -> None:
+        """Forget the surfaces that a lidar sees, which it detects again. All others are kept."""
+        self._lower(scan, place, self.size, _SURFACE, _HIT)
+
+    def _lower(self, scan: LaserScan, place: SensorPlace, reach: float, beyond: float, by: int) -> None:
+        """Lower the evidence of each cell within `reach` (m) that is nearer than both beams beside its
+        middle, plus `beyond` (m)."""
+        (left, right), (low, high) = self._span(place.x, 0, reach), self._span(place.y, 1, reach)
         part = self._evidence[low:high, left:right]
-        row, column = np.nonzero(part)  # only evidence can be lowered
+        row, column = np.nonzero(part)  # there is nothing to change in the others
         if not len(row) or not scan.angle_increment:
             return
+        ranges = np.minimum(_plain(scan.ranges), scan.range_max)
         x = (column + left + self._first[0] + 0.5) * self.resolution - place.x
         y = (row + low + self._first[1] + 0.5) * self.resolution - place.y
         angle = place.side * (np.arctan2(y, x) - place.yaw)
@@ -132,8 +141,8 @@ class RollingGrid:
         seen = before < last if last else before == last
         before = np.minimum(before, last)
         nearer = np.minimum(ranges[before], ranges[np.minimum(before + 1, last)])
-        passed = seen & (np.hypot(x, y) < nearer - _BEYOND * self.resolution)
-        part[row[passed], column[passed]] -= 1
+        passed = seen & (np.hypot(x, y) < nearer + beyond)
+        part[row[passed], column[passed]] = np.maximum(part[row[passed], column[passed]] - by, 0)
 
     def _cell(
         self, x: NDArray[np.float64], y: NDArray[np.float64]
@@ -148,6 +157,11 @@ class RollingGrid:
         first = math.floor((middle - half) / self.resolution) - self._first[axis]
         last = math.ceil((middle + half) / self.resolution) - self._first[axis]
         return min(max(first, 0), self._count), min(max(last, 0), self._count)
+
+
+def _plain(ranges: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+    """Ranges in m without NaN and negative infinity, which become 0."""
+    return np.nan_to_num(ranges.astype(np.float64), nan=0.0, posinf=math.inf, neginf=0.0)
 
 
 def _overlap(off: int, count: int) -> tuple[slice, slice]:

@@ -218,8 +218,9 @@ class TrajectorySampling:
         cos, sin = np.cos(middle), np.sin(middle)
         x, y = v * cos, v * sin
         if limits.drift:
-            across = v * w
-            across *= np.float32(-limits.drift)
+            across = v * np.float32(-limits.drift)
+            across -= np.float32(limits.centre)
+            across *= w
             x -= across * sin
             y += across * cos
         return accumulated(x, step, pose.x), accumulated(y, step, pose.y), turned, v, w
