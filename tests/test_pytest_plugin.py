@@ -203,7 +203,10 @@ def test_without_a_robot_the_error_says_where_one_is_named(
     result = run(pytester, "def test_it(sim): pass", "-p", "kbot.pytest_plugin")
     result.assert_outcomes(errors=1)
     result.stdout.fnmatch_lines(
-        ['* contains no robot: *. Name a robot with @pytest.mark.kbot(robot="FILE"), or with kbot_robot in *']
+        [
+            "* contains no robot (.xacro or .urdf). "
+            'Name a robot with @pytest.mark.kbot(robot="FILE"), or with kbot_robot in *'
+        ]
     )
 
 
