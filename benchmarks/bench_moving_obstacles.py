@@ -165,7 +165,7 @@ def main() -> int:
     parser.add_argument("--without", action="store_true")
     options = parser.parse_args()
     if options.without:
-        MovingObstacles.add = lambda *_: None  # type: ignore[method-assign]
+        MovingObstacles.add = lambda *_: None  # type: ignore[method-assign]  # to compare
     robot = load_robot("kbot", {"lidar": "true"}).require()
     print("scenario  runs  arrived  drove into a box  hit by a box  median time  reasons of the others")
     faults = 0

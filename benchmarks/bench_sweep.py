@@ -103,7 +103,7 @@ def print_efficiency(folder: Path) -> bool:
     for number in range(ROUNDS):
         alone.append(spent(lambda: run_independent(folder)))
         command = sweep_command(request(folder, 6.0, DESIGNS), folder / str(number))
-        swept.append(spent(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)))  # noqa: B023
+        swept.append(spent(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)))  # noqa: B023 - called at once
     by_clock, by_processor = (
         min(of_alone) / min(of_swept)
         for of_alone, of_swept in zip(zip(*alone, strict=True), zip(*swept, strict=True), strict=True)

@@ -69,7 +69,7 @@ def _options(kind: type) -> str:
     for each in fields(kind):
         if not each.init:
             continue
-        default = each.default_factory() if each.default is MISSING else each.default  # type: ignore[misc]
+        default = each.default_factory() if each.default is MISSING else each.default  # type: ignore[misc]  # then it has one
         rows.append(f"| `{each.name}` | {_shown(default)} | {meanings[each.name]} |\n")
     return "| option | default | meaning |\n| --- | --- | --- |\n" + "".join(rows)
 

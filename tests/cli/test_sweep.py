@@ -215,7 +215,7 @@ def test_a_world_and_its_parameters() -> None:
         (("--set", "wheel_radius=0.02:0.05"), "a grid needs the number of values, for example wheel"),
         ((*RADII, "--method", "lhs"), "--method lhs needs --runs N"),
         ((*RADII, "--method", "optimize", "--runs", "3"), "--method optimize needs --objective MEASURE"),
-        ((*RADII, "--objective", "enrgy"), "there is no measure 'enrgy': did you mean 'energy'?"),
+        ((*RADII, "--objective", "enrgy"), "unknown measure 'enrgy': did you mean 'energy'?"),
         ((*RADII, "--objective", "goal_time"), "no scenario measures it, because none has a goal"),
         ((*RADII, "--objective", "support/left_whel"), "measure it: did you mean 'support/left_wheel'?"),
         ((*RADII, "--scenario", "strait"), "there is no battery and no scenario file 'strait'"),
@@ -276,7 +276,7 @@ def test_the_function_gives_the_same_table_as_the_command() -> None:
         jobs=2,
     )
     assert path.read_bytes() == Path("out/results.parquet").read_bytes()
-    with pytest.raises(KbotError, match="there is no method 'lsh'"):
+    with pytest.raises(KbotError, match="unknown method 'lsh'"):
         sweep("kbot", {"wheel_radius": [0.03, 0.04]}, "straight", "other", method="lsh")
 
 

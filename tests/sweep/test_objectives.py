@@ -21,7 +21,7 @@ def test_an_objective_is_minimised_by_default() -> None:
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        ("enrgy", "--objective enrgy: there is no measure 'enrgy': did you mean 'energy'?"),
+        ("enrgy", "--objective enrgy: unknown measure 'enrgy': did you mean 'energy'?"),
         ("energy:least", "--objective energy:least: the direction is min or max, not 'least'"),
         ("-energy", "--objective -energy: to maximise energy, write energy:max"),
     ],

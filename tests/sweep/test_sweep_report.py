@@ -86,7 +86,7 @@ def test_a_report_with_one_objective(tmp_path: Path) -> None:
 
 def test_a_report_without_an_objective(tmp_path: Path) -> None:
     text = report(tmp_path)
-    assert "There is no objective." in text
+    assert "No objective is given." in text
     assert headings(text) == ["Parallel coordinates", "Failed runs", "Designs"]
 
 

@@ -64,7 +64,7 @@ class _Search:
         self._robot = nominal.loaded.require()
         document = nominal.loaded.expansion.document
         if document is None:
-            raise KbotError("there is no description")
+            raise KbotError("the description is empty")
         self._elements = {
             (element.tag, element.attributes.get("name", "")): element for element in document.elements()
         }
@@ -237,7 +237,9 @@ class _Search:
         joint = self._robot.parent_joint.get(link or "")
         pose = nominal.axle_from_sensor
         if joint is None or pose is None or link == nominal.drive.base or joint.type is not JointType.FIXED:
-            self._fix.not_written.append(f"{', '.join(names)}: '{link}' is not on a fixed joint of its own")
+            self._fix.not_written.append(
+                f"{', '.join(names)}: a fixed joint must connect '{link}' to the base"
+            )
             return
         base_from_parent = self._tree.pose(joint.parent, in_frame=nominal.drive.base)
         axle_from_parent = nominal.drive.axle_in_base.inverse() @ base_from_parent

@@ -42,7 +42,7 @@ _GOALS = ("goal", "initialpose", "target")
 _PERIOD = 0.1
 """Shortest time in s between two poses of the reference. More frequent ones add time, and little else."""
 _FEWEST = 2
-"""Poses of a reference, and messages of joint states, without which there is no motion."""
+"""Motion needs at least this many poses of the reference, and messages of joint states."""
 
 
 @dataclass

@@ -130,4 +130,4 @@ class LocalGroup:
         return self.group.interface
 
     def close(self) -> None:
-        """There is no process to end."""
+        """Do nothing: this group runs in the caller's process."""

@@ -47,7 +47,7 @@ def parse_objective(text: str, dimensions: Sequence[str] = ()) -> Objective:
     `dimensions` are the names of those whose values are numbers.
 
     Raises:
-        KbotError: there is no such measure or direction.
+        KbotError: the measure or the direction is unknown.
     """
     name, colon, direction = text.strip().partition(":")
     if colon and direction not in DIRECTIONS:
@@ -56,7 +56,7 @@ def parse_objective(text: str, dimensions: Sequence[str] = ()) -> Objective:
         raise KbotError(f"--objective {text}: to maximise {name[1:]}, write {name[1:]}:max")
     if name not in dimensions and not is_measure(name):
         hint = suggest_or_list(name, [*dimensions, *measure_names()])
-        raise KbotError(f"--objective {text}: there is no measure '{name}': {hint}")
+        raise KbotError(f"--objective {text}: unknown measure '{name}': {hint}")
     return Objective(name, DIRECTIONS.get(direction, False))
 
 

@@ -21,7 +21,7 @@ from kbot.trials.errors import sentence
 from kbot.trials.places import find_world
 from kbot.trials.pool import Pool, Task
 from kbot.trials.python_file import read_python_scenarios
-from kbot.trials.scenario import RobotSource
+from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_keys import with_key
 from kbot.trials.selection import Overrides, require_names, select_batteries
 from kbot.trials.trial import load_source
@@ -209,7 +209,7 @@ def _call(pool: Pool, reading: _ReadRequest, name: str) -> _ReadResult:
         raise KeyboardInterrupt
     if outcome.value is None:
         known = isinstance(outcome.error, KbotError)
-        raise outcome.error if known else KbotError(sentence(outcome.error, f"reading {name}"))  # type: ignore[misc]
+        raise outcome.error if known else KbotError(sentence(outcome.error, f"reading {name}"))  # type: ignore[misc]  # `known` shows that it is one
     return outcome.value
 
 
@@ -237,13 +237,13 @@ def _read(reading: _ReadRequest) -> _ReadResult:
     return _ReadResult(frozenset(names.properties) & frozenset(first), digest)
 
 
-def _require_key(scenario: object, dimension: Dimension) -> None:
+def _require_key(scenario: Scenario, dimension: Dimension) -> None:
     """Raises KbotError: the scenario has no such key, or accepts none of a few values."""
     errors: list[KbotError] = []
     values = dimension.domain.samples()
     for value in values:
         try:
-            with_key(scenario, dimension.name.partition(".")[2], value)  # type: ignore[arg-type]
+            with_key(scenario, dimension.name.partition(".")[2], value)
         except KbotError as error:
             errors.append(error)
     if len(errors) == len(values):

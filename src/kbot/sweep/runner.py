@@ -265,4 +265,4 @@ def _method(name: str) -> Method:
     try:
         return Method(name)
     except ValueError:
-        raise KbotError(f"there is no method '{name}': {suggest_or_list(name, list(Method))}") from None
+        raise KbotError(f"unknown method '{name}': {suggest_or_list(name, list(Method))}") from None

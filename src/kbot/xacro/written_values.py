@@ -281,7 +281,7 @@ def attribute_edits(expansion: Expansion, wanted: Sequence[WantedValue]) -> Valu
     """
     document, scope = expansion.require().document, expansion.scope
     if document is None or scope is None:
-        raise KbotError("there is no description")
+        raise KbotError("the description is empty")
     with recursion_limit(scope.run.limits.nesting * 8 + 1000):  # properties may depend on others in a chain
         texts = _Search(expansion, document, scope).texts_of(wanted)
     edits = tuple(Edit(n.span, text) for n, text in texts.items() if n.span.text != text)

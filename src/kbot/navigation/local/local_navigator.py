@@ -348,8 +348,8 @@ class LocalNavigator:
         return math.hypot(run.goal.x - base.x, run.goal.y - base.y)
 
     def _make_approach(self, run: _Run, observation: Observation) -> Approach | None:
-        """The controller for the last metres; None if there is no direct way, which a base that turns on the
-        spot always has."""
+        """The controller for the last metres. None without a direct way to the goal. A base that turns on the
+        spot always has one."""
         limits = ControllerLimits(
             linear=min(GENTLE.linear, self.limits.linear),
             angular=min(GENTLE.angular, self.limits.angular),

@@ -33,7 +33,7 @@ _COARSE_ERROR = 0.1
 _FITS, _FITS_NEAR = 0.06, 0.15
 """m. A point fits if it is nearer than this to a line, and to a point of it."""
 _FEWEST = 20
-"""Points without which there is no match."""
+"""A match needs at least this many points."""
 _REFERENCE_MOVED, _REFERENCE_TURNED = 0.4, 0.4
 """m and rad of motion after which a scan becomes the reference. Errors add up with each reference."""
 _OVERLAP = 0.7

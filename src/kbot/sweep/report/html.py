@@ -142,7 +142,7 @@ class _Report:
             text += f", and {self._sweep.missing} are missing"
         names = [f"{each.name} ({each.hint})" for each in self._objectives]
         return escaped(
-            f"{text}. " + (f"Objectives: {', '.join(names)}." if names else "There is no objective.")
+            f"{text}. " + (f"Objectives: {', '.join(names)}." if names else "No objective is given.")
         )
 
     def _best_designs(self) -> str:
