@@ -35,11 +35,11 @@ from kbot.kinematics import PlanarPose, Transform
 from kbot.model import RobotModel
 from kbot.model.load import load_robot
 from kbot.navigation import Trip, go_to, go_to_without_map
-from kbot.navigation.local.distance_field import DistanceField
-from kbot.navigation.local.footprint_clearance import FootprintClearance
-from kbot.navigation.mobility import RESERVE, BaseKind, Mobility, mobility
-from kbot.navigation.reeds_shepp import distances
-from kbot.navigation.simulated import level_lidars
+from kbot.navigation.planning.reeds_shepp import distances
+from kbot.navigation.simulated.lidars import level_lidars
+from kbot.navigation.simulated.mobility import RESERVE, BaseKind, Mobility, mobility
+from kbot.navigation.space.distance_field import DistanceField
+from kbot.navigation.space.footprint_clearance import FootprintClearance
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world import World, load_world

@@ -27,10 +27,10 @@ from functools import partial
 from kbot.kinematics import PlanarPose, Transform
 from kbot.model import RobotModel
 from kbot.model.load import load_robot
-from kbot.navigation.collision_watch import CollisionWatch
 from kbot.navigation.goal_status import GoalState
-from kbot.navigation.local.moving_obstacles import MovingObstacles
-from kbot.navigation.without_map import LocalPilot, local_navigator
+from kbot.navigation.perception.moving_obstacles import MovingObstacles
+from kbot.navigation.simulated.collision_watch import CollisionWatch
+from kbot.navigation.without_map.local_pilot import LocalPilot, local_navigator
 from kbot.sim import Simulation
 from kbot.sim.wheel_odometry import Motion
 from kbot.world import World

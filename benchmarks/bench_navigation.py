@@ -24,12 +24,12 @@ from seeded_goals import LIDAR, drive, is_reachable, maze, rooms, time_ratio
 from kbot.kinematics import PlanarPose, PlanarTwist
 from kbot.model.load import load_robot
 from kbot.navigation.controller import Observation
-from kbot.navigation.footprint import outline
-from kbot.navigation.obstacle_guard import ObstacleGuard
+from kbot.navigation.followers.obstacle_guard import ObstacleGuard
+from kbot.navigation.followers.pure_pursuit import RegulatedPurePursuit
 from kbot.navigation.path import Path
-from kbot.navigation.planner import GridPlanner
-from kbot.navigation.pure_pursuit import RegulatedPurePursuit
-from kbot.navigation.simulated import LidarPoints
+from kbot.navigation.planning.grid_planner import GridPlanner
+from kbot.navigation.simulated.lidars import LidarPoints
+from kbot.navigation.space.footprint import outline
 from kbot.sim import Simulation
 from kbot.world.occupancy import OccupancyGrid
 

@@ -9,8 +9,9 @@ import numpy as np
 from kbot.kinematics import PlanarPose, Transform
 from kbot.model import RobotModel
 from kbot.navigation.controller import GENTLE
-from kbot.navigation.inflation import inflate
-from kbot.navigation.simulated import Trip, go_to
+from kbot.navigation.simulated.trip import Trip
+from kbot.navigation.space.distance_field import inflate
+from kbot.navigation.with_map.go_to import go_to
 from kbot.sensors import Lidar
 from kbot.sim import Simulation
 from kbot.world import World, load_world

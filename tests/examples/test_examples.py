@@ -16,7 +16,7 @@ from pyarrow import parquet
 import kbot
 from kbot.learn.policy import Policy
 from kbot.learn.policy_driving import go_to_with_policy
-from kbot.navigation.collision_watch import CollisionWatch
+from kbot.navigation.simulated.collision_watch import CollisionWatch
 from kbot.sim.script import Script
 from kbot.text import KbotError
 from kbot.world.occupancy_files import read_map

@@ -12,7 +12,8 @@ from gymnasium.utils.env_checker import check_env
 import kbot
 from kbot.learn.environment import KbotEnv
 from kbot.learn.targets import GoalTarget
-from kbot.navigation.simulated import LidarPoints, Pilot, level_lidar
+from kbot.navigation.simulated.lidars import LidarPoints, level_lidar
+from kbot.navigation.simulated.pilot import Pilot
 
 GOAL = "kbot/Goal-v0"
 LIDAR = {"lidar": True}

@@ -7,7 +7,7 @@ import pytest
 
 import kbot
 from kbot.kinematics import PlanarPose
-from kbot.navigation.simulated import go_to
+from kbot.navigation.with_map.go_to import go_to
 from kbot.sensors import Lidar
 from kbot.sensors.declared import declared_sensors, mount_declared
 

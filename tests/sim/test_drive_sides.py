@@ -14,7 +14,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, find_drive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.robot_info import describe
 from kbot.model.load import load_robot, load_robot_text
-from kbot.navigation.mobility import mobility
+from kbot.navigation.simulated.mobility import mobility
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.workbench.session.driven_session import reason_not_driving

@@ -11,7 +11,7 @@ from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, Twist, TwistStamped, Vector3
 from kbot.model.load import load_robot_text
-from kbot.navigation.simulated import go_to
+from kbot.navigation.with_map.go_to import go_to
 from kbot.record.replay import repeat_action
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import BlockedJoint, Slip

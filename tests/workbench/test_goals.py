@@ -11,7 +11,7 @@ from kbot.learn.policy import Policy
 from kbot.learn.policy_driving import policy_goals
 from kbot.messages import String
 from kbot.messages.navigation import OccupancyGrid
-from kbot.navigation.goal_options import GoalOptions
+from kbot.navigation.goals.goal_options import GoalOptions
 from kbot.workbench.notebook import LoadedReader, reading_of
 from kbot.workbench.protocol import Drive, Publish, Stop
 from kbot.workbench.serve import open_session

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kbot.navigation.inflation import inflate
+from kbot.navigation.space.distance_field import inflate
 from kbot.world import load_world
 from kbot.world.occupancy import FREE_BELOW
 from kbot.world.occupancy_of_world import world_grid

@@ -1,8 +1,9 @@
 """Measures the displacement of a lidar between scans by matching points to lines.
 
 Source: A. Censi, An ICP Variant Using a Point-to-Line Metric, ICRA 2008. Libraries for point clouds align six
-degrees of freedom, three of which a flat scan does not show. `kbot.navigation.local.scan_matching` matches
-near the motion that the wheels predict: its results depend on the wheels, which a calibration must not.
+degrees of freedom, three of which a flat scan does not show. `kbot.navigation.perception.scan_matching`
+matches near the motion that the wheels predict: its results depend on the wheels, which a calibration must
+not.
 """
 
 from __future__ import annotations

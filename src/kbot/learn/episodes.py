@@ -37,7 +37,8 @@ from kbot.learn.tasks.task import (
 from kbot.messages.clock import NANOSECONDS
 from kbot.model import RobotModel
 from kbot.navigation.controller import Observation
-from kbot.navigation.simulated import LidarPoints, PoseSource
+from kbot.navigation.simulated.lidars import LidarPoints
+from kbot.navigation.simulated.pilot import PoseSource
 from kbot.robot import Value
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Motion, Simulation, SimulationDiverged, recipe

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.navigation.footprint import height, turning_radius
-from kbot.navigation.inflation import inflate
-from kbot.navigation.jump_point_search import JumpPointSearch
-from kbot.navigation.local.cost_to_go import BLOCKED, LETHAL, CostToGo, Sweeping
-from kbot.navigation.string_pulling import pull_taut
+from kbot.navigation.planning.jump_point_search import JumpPointSearch
+from kbot.navigation.planning.string_pulling import pull_taut
+from kbot.navigation.space.cost_to_go import BLOCKED, LETHAL, CostToGo, Sweeping
+from kbot.navigation.space.distance_field import inflate
+from kbot.navigation.space.footprint import height, turning_radius
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world.ground import ground_heights

@@ -20,8 +20,8 @@ from kbot.learn.network import MOST_BYTES, Network, open_session, read_network, 
 from kbot.learn.targets import GoalTarget
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
+from kbot.navigation.goal_checks import require_goal
 from kbot.navigation.goal_status import GoalReport, GoalState
-from kbot.navigation.navigator import require_goal
 from kbot.text import KbotError
 from kbot.text.files import read_bytes, write_bytes
 

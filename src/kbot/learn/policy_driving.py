@@ -14,9 +14,10 @@ from kbot.learn.targets import GoalTarget
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.goal_status import GoalReport, GoalState
-from kbot.navigation.goals import Goals
-from kbot.navigation.simulated import LidarPoints, Pilot, Trip, level_lidar
-from kbot.navigation.without_map import run_trip
+from kbot.navigation.goals.goals import Goals
+from kbot.navigation.simulated.lidars import LidarPoints, level_lidar
+from kbot.navigation.simulated.pilot import Pilot
+from kbot.navigation.simulated.trip import Trip, judged, run_trip
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -177,7 +178,7 @@ def go_to_with_policy(
     controller = PolicyController(policy, goal, arrive, timeout, _silence(lidar))
     rate = policy.required_interface.rate
     pilot = Pilot(simulation, controller, rate, "odometry", LidarPoints(lidar) if lidar else None)
-    return run_trip(
+    trip = run_trip(
         simulation,
         goal,
         arrive,
@@ -186,6 +187,7 @@ def go_to_with_policy(
         lambda: pilot.start @ simulation.odometry.pose,
         pilot.close,
     )
+    return judged(trip)
 
 
 def _silence(lidar: LidarSensor | None) -> float:

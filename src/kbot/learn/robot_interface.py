@@ -7,8 +7,8 @@ import math
 from kbot.kinematics.drive.drive import NoDrive
 from kbot.learn.inputs import PolicyInterface, Sectors
 from kbot.navigation.controller import GENTLE
-from kbot.navigation.local.motion_limits import motion_limits
-from kbot.navigation.simulated import base_from_lidar, level_lidar
+from kbot.navigation.simulated.lidars import base_from_lidar, level_lidar
+from kbot.navigation.simulated.motion_limits import motion_limits
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.sim.robot import SimulatedRobot

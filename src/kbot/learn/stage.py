@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from kbot.learn.places import Places
 from kbot.model import RobotModel
-from kbot.navigation.simulated import level_lidar
+from kbot.navigation.simulated.lidars import level_lidar
 from kbot.robot import Value, load
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor

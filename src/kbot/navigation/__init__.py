@@ -6,20 +6,26 @@ trip.status.state, trip.status.reason
 """
 
 from kbot.navigation.controller import Controller, ControllerLimits, Observation, twist
-from kbot.navigation.footprint import Outline, outline, turning_radius
-from kbot.navigation.go_to_pose import GoToPose
+from kbot.navigation.followers.go_to_pose import GoToPose
+from kbot.navigation.followers.obstacle_guard import ObstacleGuard
+from kbot.navigation.followers.pure_pursuit import PurePursuit, RegulatedPurePursuit
 from kbot.navigation.goal_status import GoalReport, GoalState
-from kbot.navigation.goals import Goals
-from kbot.navigation.goals_with_map import WithMap
-from kbot.navigation.goals_without_map import WithoutMap
-from kbot.navigation.navigator import Navigator, NavigatorSettings
-from kbot.navigation.obstacle_guard import ObstacleGuard
+from kbot.navigation.goals.goals import Goals
+from kbot.navigation.goals.goals_with_map import WithMap
+from kbot.navigation.goals.goals_without_map import WithoutMap
+from kbot.navigation.goals.topics import NavigationTopics
 from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
-from kbot.navigation.planner import GridPlanner, NoPath, Refusal
-from kbot.navigation.pure_pursuit import PurePursuit, RegulatedPurePursuit
-from kbot.navigation.simulated import LidarPoints, Pilot, Trip, go_to
-from kbot.navigation.topics import NavigationTopics
-from kbot.navigation.without_map import go_to_without_map
+from kbot.navigation.planning.grid_planner import GridPlanner
+from kbot.navigation.planning.planner import NoPath, Refusal
+from kbot.navigation.simulated.lidars import LidarPoints
+from kbot.navigation.simulated.pilot import Pilot
+from kbot.navigation.simulated.trip import Trip
+from kbot.navigation.space.footprint import Outline, outline, turning_radius
+from kbot.navigation.with_map.go_to import go_to
+from kbot.navigation.with_map.navigator import Navigator, NavigatorSettings
+from kbot.navigation.without_map.go_to import go_to_without_map
+from kbot.navigation.without_map.local_navigator import LocalSettings
+from kbot.navigation.without_map.trajectory_sampling import SamplingSettings
 
 __all__ = [
     "Controller",
@@ -30,6 +36,7 @@ __all__ = [
     "Goals",
     "GridPlanner",
     "LidarPoints",
+    "LocalSettings",
     "NavigationTopics",
     "Navigator",
     "NavigatorSettings",
@@ -42,6 +49,7 @@ __all__ = [
     "PurePursuit",
     "Refusal",
     "RegulatedPurePursuit",
+    "SamplingSettings",
     "Trip",
     "WithMap",
     "WithoutMap",

@@ -112,6 +112,6 @@ class RosPeers:
 
 
 def _navigation_topics() -> frozenset[str]:
-    from kbot.navigation.topics import TOPICS  # imported lazily, for a fast start-up
+    from kbot.navigation.goals.topics import TOPICS  # imported lazily, for a fast start-up
 
     return TOPICS

@@ -18,8 +18,8 @@ from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import Box, Capsule, Cylinder, RobotModel, Sphere
-from kbot.navigation.footprint import corners_of_shapes, height, outline, turning_radius
-from kbot.navigation.mobility import why_no_goals
+from kbot.navigation.simulated.mobility import why_no_goals
+from kbot.navigation.space.footprint import corners_of_shapes, height, outline, turning_radius
 from kbot.sim.drive.drive_controller import twist_controller
 from kbot.sim.drive.settings import DriveSettings
 from kbot.sim.drive.twist_controller import Twist, TwistController

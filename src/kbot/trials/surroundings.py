@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
-from kbot.navigation.footprint import outline
+from kbot.navigation.space.footprint import outline
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.text.diagnostic import Related

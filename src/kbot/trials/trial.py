@@ -15,7 +15,7 @@ from kbot.learn.policy_driving import policy_goals
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, resolve_robot_path
 from kbot.navigation.goal_status import GoalState
-from kbot.navigation.goals import Goals
+from kbot.navigation.goals.goals import Goals
 from kbot.record.record_options import RecordOptions
 from kbot.record.run_outputs import Peers, RunOutputs
 from kbot.sensors.declared import mount_declared

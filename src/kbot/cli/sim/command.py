@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from kbot.learn.policy import Policy
     from kbot.model.load import Loaded
     from kbot.navigation import Goals
-    from kbot.navigation.goal_options import GoalOptions
+    from kbot.navigation.goals.goal_options import GoalOptions
     from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
     from kbot.workbench.displays.display_file import DisplayFile
@@ -86,7 +86,7 @@ class _RunOptions:
     @property
     def goal_options(self) -> GoalOptions:
         """The options of all goals. Invalid values end the program."""
-        from kbot.navigation.goal_options import GoalOptions  # imported lazily: it loads the engine
+        from kbot.navigation.goals.goal_options import GoalOptions  # imported lazily: it loads the engine
 
         max_speed = None if self.max_speed is None else limits_of("--max-speed", self.max_speed)
         return GoalOptions(self.no_map, self.arrive, max_speed)

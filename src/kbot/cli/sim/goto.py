@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
     from kbot.learn.policy import Policy
     from kbot.navigation import Trip
-    from kbot.navigation.goal_options import GoalOptions
+    from kbot.navigation.goals.goal_options import GoalOptions
     from kbot.sim import Simulation
 
 
@@ -78,7 +78,7 @@ def run_goto(simulation: Simulation, request: GotoRequest, as_json: bool) -> int
 def _with_map(simulation: Simulation, request: GotoRequest) -> Trip:
     """Drive on the world's own map. If the description declares a lidar, the robot also stops before
     obstacles that the lidar detects."""
-    from kbot.navigation.simulated import go_to
+    from kbot.navigation.with_map.go_to import go_to
     from kbot.sensors import LidarSensor
     from kbot.sensors.declared import mount_declared
 
@@ -95,7 +95,7 @@ def _with_map(simulation: Simulation, request: GotoRequest) -> Trip:
 
 
 def _without_map(simulation: Simulation, request: GotoRequest) -> Trip:
-    from kbot.navigation.without_map import go_to_without_map
+    from kbot.navigation.without_map.go_to import go_to_without_map
 
     return go_to_without_map(
         simulation,

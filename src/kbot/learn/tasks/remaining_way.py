@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.targets import GoalTarget
-from kbot.navigation.local.cost_to_go import CostToGo
+from kbot.navigation.space.cost_to_go import CostToGo
 
 
 class RemainingWay:
