@@ -90,6 +90,13 @@ def test_a_call_that_takes_too_long_is_stopped(worker: Worker) -> None:
     assert worker.call(os.getpid) != first
 
 
+def test_the_time_of_earlier_calls_does_not_count(worker: Worker) -> None:
+    busy = "any(now > {0} for now in iter(__import__('time').process_time, None))"
+    worker.limits = replace(worker.limits, seconds=1.0)
+    for _ in range(3):
+        assert worker.call(eval, busy.format(worker.call(time.process_time) + 0.4))
+
+
 def test_a_call_that_takes_too_much_memory_is_stopped(worker: Worker) -> None:
     worker.limits = replace(worker.limits, memory=300_000_000)
     with pytest.raises(LimitExceeded, match=r"took more than 0\.3 GB of memory and was stopped"):

@@ -38,7 +38,8 @@ class Row:
     passed        whether all expectations are met
     reason        why it failed; None if it passed
     state_sha256  digest of the last state; empty if there is none
-    measures      the values of all measures by name; None where the run does not show one
+    measures      the values of all measures by name; None where the run does not show one, which is NaN
+                  before it is recorded
     """
 
     run: int
@@ -70,6 +71,7 @@ class Journal:
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
             self._end = self._read()
+            self._cut()
         except OSError as error:
             raise KbotError(f"{path} cannot be read or written: {error.strerror}") from None
         self._synced = time.monotonic()
@@ -98,7 +100,7 @@ class Journal:
             self._write(line)
         except OSError as error:
             with suppress(OSError):
-                os.ftruncate(self._file, self._end)
+                self._cut()
             raise KbotError(
                 f"{self.path} cannot be written: {error.strerror}. Finished runs are kept ({self.count}). "
                 "Run the same command again to continue"
@@ -123,7 +125,6 @@ class Journal:
             return _row(file.readline())
 
     def _write(self, line: bytes) -> None:
-        os.lseek(self._file, self._end, os.SEEK_SET)
         rest = line
         while rest:
             rest = rest[os.write(self._file, rest) :]
@@ -143,8 +144,12 @@ class Journal:
                     if self._is_valid(row) and row.run not in self:
                         self._add(row.run, offset, row.measures)
                 offset += len(line)
-        os.ftruncate(self._file, offset)
         return offset
+
+    def _cut(self) -> None:
+        """Remove what follows the last complete line, and write there next."""
+        os.ftruncate(self._file, self._end)
+        os.lseek(self._file, self._end, os.SEEK_SET)
 
     def _is_valid(self, row: Row) -> bool:
         """Whether a row has values of the right types, and the number of a run of the sweep."""

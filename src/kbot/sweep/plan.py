@@ -51,14 +51,14 @@ class Plan:
         """What a run executes, with the values of its design."""
         task = self.trials[run % len(self.trials)]
         scenario, seed = task.scenario, task.seed
-        robot, keys = self.robot, dict(task.keys)
+        arguments, properties, keys = dict(self.robot.arguments), dict(self.robot.properties), dict(task.keys)
         world = scenario.world
         for dimension, value in zip(self.space.dimensions, values, strict=True):
             name, _, part = dimension.name.partition(".")
             if dimension.target is Target.ARGUMENT:
-                robot = replace(robot, arguments={**robot.arguments, name: str(value)})
+                arguments[name] = str(value)
             elif dimension.target is Target.PROPERTY:
-                robot = replace(robot, properties={**robot.properties, name: str(value)})
+                properties[name] = str(value)
             elif dimension.target is Target.WORLD:
                 world = str(value)
             elif dimension.target is Target.WORLD_PARAMETER:
@@ -67,6 +67,7 @@ class Plan:
                 seed = int(value)
             else:
                 keys[part] = value
+        robot = replace(self.robot, arguments=arguments, properties=properties)
         return replace(task, scenario=replace(scenario, robot=robot, world=world), seed=seed, keys=keys)
 
     def row(self, run: int, values: Values, result: TrialResult) -> Row:
@@ -80,7 +81,7 @@ class Plan:
             result.passed,
             result.reason,
             result.state_sha256,
-            {name: value if math.isfinite(value) else None for name, value in result.all_values.items()},
+            result.all_values,
         )
 
     def objective_values(self, rows: Sequence[Row]) -> tuple[float, ...]:

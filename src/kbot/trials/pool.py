@@ -28,6 +28,7 @@ from kbot.trials.scenario_keys import with_keys
 from kbot.trials.trial import load_source, run_trial
 from kbot.trials.watchdog import watchdog
 from kbot.worker import LimitExceeded, ProcessEnded, Worker, WorkerLimits
+from kbot.worker.child import Surroundings
 from kbot.worker.cores import available_cores
 
 A = TypeVar("A")
@@ -160,6 +161,7 @@ class Calls(Generic[A, T]):
 
     def __init__(self, pool: Pool, work: Callable[[A], T]) -> None:
         self._pool, self._work = pool, work
+        self._surroundings = Surroundings.of_this_process()
         self._waiting: queue.SimpleQueue[tuple[int, A, float] | None] = queue.SimpleQueue()
         self._done: queue.SimpleQueue[tuple[int, Outcome[T]]] = queue.SimpleQueue()
         self._threads: list[threading.Thread] = []
@@ -208,7 +210,7 @@ class Calls(Generic[A, T]):
     def _drive(self, worker: Worker) -> None:
         while (call := self._waiting.get()) is not None and not self._stop.is_set():
             key, item, seconds = call
-            worker.limits = WorkerLimits(seconds)
+            worker.limits, worker.surroundings = WorkerLimits(seconds), self._surroundings
             outcome: Outcome[T] = Outcome()
             for _ in range(ATTEMPTS):
                 try:

@@ -11,6 +11,7 @@ import pickle
 import queue
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
@@ -26,16 +27,30 @@ MOST_CALLS = 100_000
 """Nested calls, above those that the limits of descriptions allow. Pickling nests several per element."""
 
 
-Answer = tuple[Any, Exception | None]
-"""The result, and the exception that was raised instead."""
+Answer = tuple[Any, Exception | None, float]
+"""The result, the exception that was raised instead, and the processor time in s of the process so far."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """The working directory, empty if it was deleted, and the environment of the process that asks."""
+
+    folder: str
+    environment: dict[str, str]
+
+    @classmethod
+    def of_this_process(cls) -> Surroundings:
+        folder = ""
+        with suppress(FileNotFoundError):
+            folder = os.getcwd()  # noqa: PTH109 - pathlib would only wrap it
+        return cls(folder, dict(os.environ))
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A function to call, and the working directory and environment of the process that asks."""
+    """A function to call, and where."""
 
-    folder: str
-    environment: dict[str, str]
+    surroundings: Surroundings
     work: Callable[..., Any]
     arguments: tuple[Any, ...]
 
@@ -75,12 +90,13 @@ def _work(waiting: queue.SimpleQueue[bytes], answers: IO[bytes]) -> None:
 def _answer(data: bytes) -> bytes:
     try:
         request: Request = pickle.loads(data)  # from the process that started this one
-        if request.folder:
-            os.chdir(request.folder)
-        if os.environ != request.environment:
+        surroundings = request.surroundings
+        if surroundings.folder:
+            os.chdir(surroundings.folder)
+        if os.environ != surroundings.environment:
             os.environ.clear()
-            os.environ.update(request.environment)
-        return pickle.dumps((request.work(*request.arguments), None), pickle.HIGHEST_PROTOCOL)
+            os.environ.update(surroundings.environment)
+        return _pickled(request.work(*request.arguments), None)
     except BaseException as error:  # noqa: BLE001 - raised where the request came from
         return _failure(error)
 
@@ -91,9 +107,14 @@ def _failure(error: BaseException) -> bytes:
         error.add_note("".join(traceback.format_exception(error)))
     if isinstance(error, Exception):
         with suppress(Exception):
-            data = pickle.dumps((None, error), pickle.HIGHEST_PROTOCOL)
+            data = _pickled(None, error)
             pickle.loads(data)
             return data
     if isinstance(error, KbotError):
-        return pickle.dumps((None, KbotError(str(error))))
-    return pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
+        return _pickled(None, KbotError(str(error)))
+    return _pickled(None, RuntimeError(f"{type(error).__name__}: {error}"))
+
+
+def _pickled(result: object, error: Exception | None) -> bytes:
+    answer: Answer = (result, error, time.process_time())
+    return pickle.dumps(answer, pickle.HIGHEST_PROTOCOL)

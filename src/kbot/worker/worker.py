@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, TypeVarTuple
 
 from kbot.text import KbotError
-from kbot.worker.child import Answer, Request
+from kbot.worker.child import Answer, Request, Surroundings
 
 if TYPE_CHECKING:
     import psutil
@@ -32,6 +32,8 @@ LOOK_SECONDS = 0.05
 """Seconds between two checks of the process. In that time it may take about 100 MB more."""
 CLOSING_SECONDS = 5.0
 """A process that ends closes its pipes a moment before."""
+CORES = os.cpu_count() or 1
+"""A process takes at most this many seconds of processor time in each second."""
 _KILLED = (-signal.SIGTERM, -getattr(signal, "SIGKILL", signal.SIGTERM))
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.worker.child import main; main()"
 """Modules are found as in this process, and never in the working directory, which may be a stranger's."""
@@ -80,6 +82,10 @@ class Worker:
 
     def __init__(self) -> None:
         self.limits = WorkerLimits()
+        self.surroundings: Surroundings | None = None
+        """Where calls work. None: where this process is at each call, which is slow to read."""
+        self._spent: float | None = None
+        """The processor time in s that the process took before the call. None if it has not been read."""
         self._process: subprocess.Popen[bytes] | None = None
         self._observed: psutil.Process | None = None
         self._line = _Line()
@@ -94,15 +100,13 @@ class Worker:
             LimitExceeded: the call exceeded a limit, or ended its process.
             Exception: what the function raised.
         """
-        folder = ""
-        with suppress(FileNotFoundError):  # it was deleted
-            folder = os.getcwd()  # noqa: PTH109 - pathlib would only wrap it
-        request = pickle.dumps(Request(folder, dict(os.environ), work, arguments), pickle.HIGHEST_PROTOCOL)
+        surroundings = self.surroundings or Surroundings.of_this_process()
+        request = pickle.dumps(Request(surroundings, work, arguments), pickle.HIGHEST_PROTOCOL)
         with self._turn:
             process = self._started()
             self._line.requests.put(request)
             try:
-                result, error = self._wait(process, self._line.answers)
+                result, error, self._spent = self._wait(process, self._line.answers)
             except BaseException:  # also Ctrl-C: a later answer would be taken for that of the next call
                 self.end()
                 raise
@@ -119,6 +123,7 @@ class Worker:
                 start_new_session=True,  # Ctrl-C in the terminal is for the process that calls
                 creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
             )
+            self._spent = None
             atexit.register(self.end)
             self._line.requests.put(None)  # of a process that ended between two calls
             self._line = _Line()
@@ -127,35 +132,33 @@ class Worker:
 
     def _wait(self, process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | None]) -> Answer:
         limits, began = self.limits, time.monotonic()
-        used_before: float | None = None
         while True:
             with suppress(queue.Empty):
                 answer = answers.get(timeout=LOOK_SECONDS)
                 if answer is None:
                     raise ProcessEnded(_status(process))
                 return answer
-            used, memory = self._used(process)
-            used_before = used if used_before is None else used_before  # a short call needs no look
-            if used - used_before > limits.seconds:
-                raise LimitExceeded(f"took longer than {limits.seconds:g} s and was stopped", is_late=True)
-            if memory > limits.memory:
-                most = f"{limits.memory / 1e9:g} GB"
-                raise LimitExceeded(f"took more than {most} of memory and was stopped")
-            if time.monotonic() - began > CLOCK * limits.seconds:
+            elapsed = time.monotonic() - began
+            self._require_limits(process, limits, elapsed)
+            if elapsed > CLOCK * limits.seconds:
                 waited = f"{CLOCK * limits.seconds:g} s"
                 raise LimitExceeded(f"waited longer than {waited} and was stopped", is_late=True)
 
-    def _used(self, process: subprocess.Popen[bytes]) -> tuple[float, int]:
-        """The processor time in s and the memory in bytes of a process. Nothing of one that has ended."""
+    def _require_limits(self, process: subprocess.Popen[bytes], limits: WorkerLimits, elapsed: float) -> None:
+        """Raises LimitExceeded: a call that began `elapsed` seconds ago took too much."""
         import psutil  # imported lazily: only servers use it
 
-        try:
+        with suppress(psutil.NoSuchProcess):  # it has ended, which the answer shows
             if self._observed is None or self._observed.pid != process.pid:
                 self._observed = psutil.Process(process.pid)
-            times = self._observed.cpu_times()
-            return times.user + times.system, self._observed.memory_info().rss
-        except psutil.NoSuchProcess:
-            return 0.0, 0
+            if self._observed.memory_info().rss > limits.memory:
+                most = f"{limits.memory / 1e9:g} GB"
+                raise LimitExceeded(f"took more than {most} of memory and was stopped")
+            if self._spent is None:
+                self._spent = _processor_seconds(self._observed)
+            may_be_late = elapsed * CORES > limits.seconds  # reading the processor time is slow
+            if may_be_late and _processor_seconds(self._observed) - self._spent > limits.seconds:
+                raise LimitExceeded(f"took longer than {limits.seconds:g} s and was stopped", is_late=True)
 
     def end(self) -> None:
         """End the process. The next call starts another one."""
@@ -170,6 +173,11 @@ class Worker:
                 if stream is not None:
                     with suppress(OSError):  # what was not sent yet
                         stream.close()
+
+
+def _processor_seconds(process: psutil.Process) -> float:
+    times = process.cpu_times()
+    return times.user + times.system
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
