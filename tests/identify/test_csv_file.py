@@ -102,6 +102,10 @@ BAD = {
         HEADER.replace("duration", "time") + "\n1,1,1,1,0,0\n2,1,1,1,0,0\n1.5,1,1,1,0,0",
         ":4:1: the clock jumps back or stops: 2 s, then 1.5 s",
     ),
+    "a repeated time": (
+        HEADER.replace("duration", "time") + "\n1,1,1,1,0,0\n2,1,1,1,0,0\n2,1,1,1,0,0",
+        ":4:1: the clock jumps back or stops: 2 s, then 2 s. Sort the rows by time, remove repeated ones",
+    ),
     "clock ahead": (
         HEADER.replace("duration", "time") + "\n1,1,1,1,0,0\n2,1,1,1,0,0\n1e9,1,1,1,0,0",
         ":4:1: the clock jumps ahead by 1e+09 s",

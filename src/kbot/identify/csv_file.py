@@ -151,7 +151,10 @@ class _Reader:
         for index in np.flatnonzero(durations <= 0.0):
             before, now = times[index - 1], times[index]
             self._fail(
-                self._lines[index], 1, f"the clock jumps back or stops: {before:.12g} s, then {now:.12g} s"
+                self._lines[index],
+                1,
+                f"the clock jumps back or stops: {before:.12g} s, then {now:.12g} s. Sort the rows by time, "
+                "remove repeated ones, or split the log at this line",
             )
         typical = float(np.quantile(durations[1:], 0.5, method="lower")) if len(durations) > 1 else 0.0
         for index in np.flatnonzero(durations > max(LONGEST_GAP, _FEW * typical)):

@@ -40,8 +40,8 @@ KINEMATIC = {
     LEFT_RADIUS: ("m", _LINES_AND_TURNS),
     RIGHT_RADIUS: ("m", _LINES_AND_TURNS),
     WHEEL_SEPARATION: ("m", "needs turns, and drives along a line"),
-    SENSOR_X: ("m", "needs turns"),
-    SENSOR_Y: ("m", "needs turns"),
+    SENSOR_X: ("m", "needs turns, and drives along a line"),
+    SENSOR_Y: ("m", "needs turns, and drives along a line"),
     SENSOR_YAW: ("rad", "needs drives along a line, with a reference of translation"),
 }
 """The parameters of the odometry model in its order: unit, and what a log needs."""
@@ -71,7 +71,9 @@ def identify(log: DriveLog, nominal: Nominal) -> Identification:
 
 
 def _identify(log: DriveLog, nominal: Nominal) -> Identification:
-    motions = motions_of(log)
+    all_motions = motions_of(log)
+    is_moving = all_motions.is_moving
+    motions = all_motions.only(is_moving)
     found = fit(motions, nominal.start)
     _require_plausible(log, found, nominal)
     low, high = _bounds(found.parameters, found.half_widths)
@@ -94,14 +96,17 @@ def _identify(log: DriveLog, nominal: Nominal) -> Identification:
             estimates[name] = Estimate(*numbers, unit, nominal.values[name])
         else:
             unobservable[name] = needed
-    _add_dynamic(log, nominal, motions, found, estimates, unobservable)
+    is_outlier, is_disturbed = np.zeros((2, len(all_motions)), dtype=bool)
+    is_outlier[is_moving] = found.is_outlier
+    _add_dynamic(log, nominal, all_motions, is_outlier, estimates, unobservable)
     kept = motions.only(~found.is_outlier)
     translation, rotation = _root_mean_square(found.errors[~found.is_outlier])
     before = _root_mean_square(residuals(nominal.start, kept))
     if nominal.axle_from_sensor is None:
         before = (None, before[1])  # the errors of an unknown sensor mean nothing
     residual = Residual(len(kept), int(found.is_outlier.sum()), translation, rotation, *before)
-    is_disturbed = found.is_outlier & (np.abs(np.nan_to_num(found.errors)) > _NEGLIGIBLE).any(axis=1)
+    is_large = (np.abs(np.nan_to_num(found.errors)) > _NEGLIGIBLE).any(axis=1)
+    is_disturbed[is_moving] = found.is_outlier & is_large
     return Identification(estimates, unobservable, residual, is_disturbed)
 
 
@@ -109,13 +114,13 @@ def _add_dynamic(
     log: DriveLog,
     nominal: Nominal,
     motions: Motions,
-    found: KinematicFit,
+    is_outlier: NDArray[np.bool_],
     estimates: dict[str, Estimate],
     unobservable: dict[str, str],
 ) -> None:
     """Add how the wheels follow commands, and the scale of the gyro."""
     shown = response(log, nominal)
-    scale = gyro_scale(log, motions, found.is_outlier)
+    scale = gyro_scale(log, motions, is_outlier)
     if scale is not None and scale.high - scale.low < 2.0 * _WIDEST:
         shown[GYRO] = scale
     for name, (unit, usual, needed) in _DYNAMIC.items():

@@ -9,7 +9,7 @@ that scan matching gives. The search starts as theirs does: with the rotations, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +18,16 @@ from scipy.stats import chi2
 from kbot.identify.intervals import DEVIATION_OF_MAD, half_widths
 from kbot.identify.log import Array, Motions, wrapped
 from kbot.identify.noise import SMALLEST, Noise, Sources, estimate_noise, whitened
+from kbot.identify.observability import is_seen, shown_by
 from kbot.identify.odometry_model import (
     COUNT,
     CURVATURE,
     LEFT,
     RIGHT,
     YAW,
+    Linearization,
     X,
     Y,
-    derivatives,
     predicted,
     residuals,
 )
@@ -45,15 +46,8 @@ _ROUGH = 6.0
 """Distance of an outlier in the first rounds, in units of the typical noise of a similar motion."""
 _ROUNDS = 12
 """Rounds of an estimate and its outliers, after which they are used as they are."""
-_SETTLED = 5e-4
-"""Share of the displacements that may still change between outliers and others when the search ends."""
 _STEPS = 30
 """Steps of a search, and halvings of one step, after which it ends as it is."""
-_SINGULAR = 1e-9
-"""Ratio of singular values below which a combination of parameters has no effect on the log."""
-_UNCERTAIN = 5.0
-"""Standard error, relative to the typical size of a parameter, from which the log does not show it. The
-search would only follow the noise."""
 _HIDDEN_SIZE = 2.0
 """Combinations of parameters that the log does not show are within this many typical sizes."""
 _LARGEST_LEAK = 0.05
@@ -70,14 +64,12 @@ class KinematicFit:
     half_widths  (6,) half the width of their 95 % intervals; infinite for those without any effect
     is_outlier   (M,)
     errors       (M, 3), measured minus predicted displacements
-    noise        of the displacements that are not outliers
     """
 
     parameters: Array
     half_widths: Array
     is_outlier: NDArray[np.bool_]
     errors: Array
-    noise: Noise
 
 
 def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicFit:
@@ -95,46 +87,38 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
     parameters = _start(motions, nominal)
     if held is not None:
         parameters[held] = nominal[held]
-    is_outlier = _rough_outliers(parameters, motions)
-    noise = _noise(parameters, _kept(motions, is_outlier), None)
+    model = Linearization.at(parameters, motions)
+    is_outlier = _rough_outliers(model)
+    kept = _kept(model, is_outlier)
+    noise = _noise(kept, None)
     for _ in range(_ROUNDS):
-        kept = _kept(motions, is_outlier)
-        parameters = _least_squares(parameters, kept, noise, scales)
-        before, is_outlier = is_outlier, _outliers(parameters, motions, is_outlier, noise)
-        if (before != is_outlier).mean() <= _SETTLED:
+        parameters = _with_forward_wheels(_least_squares(kept, noise, scales))
+        model = Linearization.at(parameters, motions)
+        before, is_outlier = is_outlier, _outliers(model, noise)
+        if (before == is_outlier).all():
             break
-        noise = _noise(parameters, _kept(motions, is_outlier), noise)
-    kept = _kept(motions, is_outlier)
-    parameters = _with_forward_wheels(parameters)
-    factor, slopes, left = _weighted(parameters, kept, noise)
-    white, white_left = whitened(factor, slopes * scales), whitened(factor, left[:, None])[:, 0]
+        kept = _kept(model, is_outlier)
+        noise = _noise(kept, noise)
+    kept = _kept(model, is_outlier)
+    _, white, white_left = _weighted(kept, noise, scales)
+    shown = shown_by(kept, noise, white, scales)
+    leaks = np.abs(shown.hidden).sum(axis=0)
+    is_shown = leaks < _LARGEST_LEAK
     widths = np.full(COUNT, np.inf)
-    found = parameters.copy()
-    _, values, directions = np.linalg.svd(white, full_matrices=False)
-    is_seen = _is_seen(values)
-    hidden = directions[~is_seen]
-    leaks = np.abs(hidden).sum(axis=0)
-    shown = np.flatnonzero(leaks < _LARGEST_LEAK)
-    basis = directions[is_seen]
-    known = _WIDER * half_widths(white @ basis.T, white_left, basis.T[shown], 3)
-    widths[shown] = np.hypot(known, _HIDDEN_SIZE * leaks[shown]) * scales[shown]
-    found[leaks >= _LARGEST_LEAK] = np.nan
+    known = _WIDER * half_widths(white @ shown.basis.T, white_left, shown.basis.T[is_shown], 3)
+    uncertain = np.stack([known, _HIDDEN_SIZE * leaks[is_shown], shown.bias[is_shown]])
+    widths[is_shown] = np.linalg.norm(uncertain, axis=0) * scales[is_shown]
+    found = np.where(is_shown, parameters, np.nan)
     if held is not None:
         found[held], widths[held] = parameters[held], 0.0
-    return KinematicFit(found, widths, is_outlier, residuals(parameters, motions), noise)
+    return KinematicFit(found, widths, is_outlier, model.residuals)
 
 
-def _kept(motions: Motions, is_outlier: NDArray[np.bool_]) -> Motions:
+def _kept(model: Linearization, is_outlier: NDArray[np.bool_]) -> Linearization:
     """The displacements that are not outliers. Raises LinAlgError: there are none."""
     if is_outlier.all():
         raise np.linalg.LinAlgError("no parameters explain any displacement")
-    return motions.only(~is_outlier)
-
-
-def _is_seen(values: Array) -> NDArray[np.bool_]:
-    """Which combinations of parameters the log shows, from the singular values of whitened derivatives."""
-    seen: NDArray[np.bool_] = values > max(_SINGULAR * values[0], 1.0 / _UNCERTAIN)
-    return seen
+    return model.only(~is_outlier)
 
 
 def _scales(nominal: Array) -> Array:
@@ -212,11 +196,11 @@ def _least_absolute(matrix: Array, target: Array, sizes: Array) -> Array:
     return result
 
 
-def _rough_outliers(parameters: Array, motions: Motions) -> NDArray[np.bool_]:
+def _rough_outliers(model: Linearization) -> NDArray[np.bool_]:
     """Displacements with errors far above those of similar motions: noise grows with the motion."""
-    left = residuals(parameters, motions)
-    travel = motions.travels() @ np.abs(parameters[[LEFT, RIGHT]])
-    found = np.zeros(len(motions), dtype=bool)
+    left = model.residuals
+    travel = model.travels.sum(axis=1)
+    found = np.zeros(len(left), dtype=bool)
     for errors, smallest in (
         (np.hypot(left[:, 0], left[:, 1]), SMALLEST[0]),
         (np.abs(left[:, 2]), SMALLEST[1]),
@@ -236,55 +220,50 @@ def _rough_outliers(parameters: Array, motions: Motions) -> NDArray[np.bool_]:
     return found
 
 
-def _weighted(parameters: Array, motions: Motions, noise: Noise) -> tuple[Array, Array, Array]:
-    """The factor of the covariance, the derivatives (3 M, 6) and the residuals (3 M,)."""
-    slopes = derivatives(parameters, motions)
-    sources = _sources(parameters, motions, slopes)
+def _weighted(model: Linearization, noise: Noise, scales: Array) -> tuple[Array, Array, Array]:
+    """The factor of the covariance, the whitened derivatives (3 M, 6) and the whitened residuals (3 M,)."""
+    sources = Sources(model)
     factor = sources.factor(noise.squares())
-    while factor is None:  # rounding
+    while factor is None:  # rounding hides the noise that is not correlated
+        noise = replace(
+            noise,
+            displacement_xy=2.0 * noise.displacement_xy,
+            displacement_yaw=2.0 * noise.displacement_yaw,
+        )
         if not np.isfinite(noise.squares()).all():
             raise np.linalg.LinAlgError("the covariance is singular")
-        noise = Noise(*(2.0 * np.sqrt(noise.squares())).tolist())
         factor = sources.factor(noise.squares())
-    is_absent = sources.is_absent
-    slopes = np.where(is_absent[:, :, None], 0.0, slopes).reshape(-1, COUNT)
-    left = np.where(is_absent, 0.0, residuals(parameters, motions)).ravel()
-    return factor, slopes, left
+    return factor, _whitened_derivatives(factor, model, scales), _whitened_residuals(factor, model.residuals)
 
 
-def _sources(parameters: Array, motions: Motions, slopes: Array | None = None) -> Sources:
-    """The sources of noise at an estimate. `slopes` are the derivatives there, if they are known."""
-    slopes = derivatives(parameters, motions) if slopes is None else slopes
-    return Sources(parameters, motions, np.real(predicted(parameters, motions)), slopes)
+def _whitened_derivatives(factor: Array, model: Linearization, scales: Array) -> Array:
+    slopes = np.where(model.is_absent[:, :, None], 0.0, model.derivatives * scales)
+    return whitened(factor, slopes.reshape(-1, COUNT))
 
 
-def _noise(parameters: Array, motions: Motions, before: Noise | None) -> Noise:
-    sources = _sources(parameters, motions)
-    left = residuals(parameters, motions)
-    travel = float(np.median(motions.travels() @ np.abs(parameters[[LEFT, RIGHT]]))) / 2.0
-    scales = (_spread(left[:, :2]), _spread(left[:, 2]))
-    trimmed = estimate_noise(sources, np.nan_to_num(left), scales, travel, before)
+def _whitened_residuals(factor: Array, residuals: Array) -> Array:
+    white: Array = whitened(factor, np.nan_to_num(residuals).reshape(-1, 1)).ravel()
+    return white
+
+
+def _noise(model: Linearization, before: Noise | None) -> Noise:
+    """The noise of displacements from which the largest 1 % were rejected."""
+    trimmed = estimate_noise(model, before)
     return Noise(*np.sqrt(trimmed.squares() / _TRIMMED).tolist())
 
 
-def _spread(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt((known**2).mean())) if known.size else 0.0
-
-
-def _least_squares(parameters: Array, motions: Motions, noise: Noise, scales: Array) -> Array:
+def _least_squares(model: Linearization, noise: Noise, scales: Array) -> Array:
     """Gauss-Newton with the covariance at the start. Combinations without any effect do not change."""
-    factor, slopes, left = _weighted(parameters, motions, noise)
-    white, white_left = whitened(factor, slopes * scales), whitened(factor, left[:, None])[:, 0]
+    factor, white, white_left = _weighted(model, noise, scales)
+    parameters, motions = model.parameters, model.motions
     cost = float(white_left @ white_left)
     for _ in range(_STEPS):
         u, values, directions = np.linalg.svd(white, full_matrices=False)
-        is_seen = _is_seen(values)
-        step = directions[is_seen].T @ ((u[:, is_seen].T @ white_left) / values[is_seen]) * scales
+        seen = is_seen(values)
+        step = directions[seen].T @ ((u[:, seen].T @ white_left) / values[seen]) * scales
         for _ in range(_STEPS):
-            trial = parameters + step
-            errors = np.nan_to_num(residuals(trial, motions)).ravel()
-            white_left = whitened(factor, errors[:, None])[:, 0]
+            trial: Array = parameters + step
+            white_left = _whitened_residuals(factor, residuals(trial, motions))
             new = float(white_left @ white_left)
             if new <= cost:
                 break
@@ -295,23 +274,18 @@ def _least_squares(parameters: Array, motions: Motions, noise: Noise, scales: Ar
         parameters, cost = trial, new
         if is_done:
             return parameters
-        slopes = derivatives(parameters, motions)
-        slopes = np.where(np.isfinite(motions.displacements)[:, :, None], slopes, 0.0).reshape(-1, COUNT)
-        white = whitened(factor, slopes * scales)
+        white = _whitened_derivatives(factor, Linearization.at(parameters, motions), scales)
     return parameters
 
 
-def _outliers(
-    parameters: Array, motions: Motions, is_outlier: NDArray[np.bool_], noise: Noise
-) -> NDArray[np.bool_]:
-    """Displacements that differ from the prediction of the parameters and of the displacements before."""
-    found = np.zeros(len(motions), dtype=bool)
-    kept = motions.only(~is_outlier)
-    factor, _, left = _weighted(parameters, kept, noise)
-    white = whitened(factor, left[:, None])[:, 0].reshape(-1, 3)
-    found[~is_outlier] = (white**2).sum(axis=1) > _REJECTED
-    if is_outlier.any():  # an outlier is compared alone: what it is correlated with may be wrong
-        alone = motions.only(is_outlier)
-        sources, values = _sources(parameters, alone), np.nan_to_num(residuals(parameters, alone))
-        found[is_outlier] = sources.distances(noise.squares(), values) > _REJECTED
+def _outliers(model: Linearization, noise: Noise) -> NDArray[np.bool_]:
+    """Displacements that differ from their prediction.
+
+    Each is compared alone, whatever its neighbours are. If one that is correlated with them were compared
+    with them, it could become an outlier and again none, round after round.
+    """
+    left = np.nan_to_num(model.residuals)
+    covariances = Sources(model).covariances(noise.squares())
+    distances = (left * np.linalg.solve(covariances, left[:, :, None])[:, :, 0]).sum(axis=1)
+    found: NDArray[np.bool_] = distances > _REJECTED
     return found

@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 
 LONGEST_GAP = 60.0
 """Time in s from which a gap may be a jump of the clock, such as from simulated time to wall-clock time."""
+_STOPPED = 0.01
+"""Angle of the wheels in a stop, relative to the mean of all displacements: the encoders of a robot that
+stands may change by a digit."""
 FEWEST_MOTIONS = 4
 """Six parameters need more than the six numbers of two displacements, and a scale of the noise needs more."""
 
@@ -77,7 +80,14 @@ class Motions:
         found: Array = sums[self.stop] - sums[self.start]
         return found
 
-    def only(self, kept: NDArray[np.bool_]) -> Motions:
+    @property
+    def is_moving(self) -> NDArray[np.bool_]:
+        """(M,) whether a wheel turns. A stop shows no parameter, and the reference has less noise in it."""
+        longest = self.travels().max(axis=1)
+        moving: NDArray[np.bool_] = longest > _STOPPED * longest.mean()
+        return moving
+
+    def only(self, kept: NDArray[np.bool_] | slice) -> Motions:
         return Motions(
             wheel_angles=self.wheel_angles,
             start=self.start[kept],

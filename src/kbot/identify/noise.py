@@ -8,13 +8,14 @@ a log of an hour takes seconds.
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dpbtrf, dtbtrs
 from scipy.optimize import minimize
 
-from kbot.identify.log import Array, Motions
-from kbot.identify.odometry_model import LEFT, RIGHT
+from kbot.identify.log import Array
+from kbot.identify.odometry_model import LEFT, RIGHT, Linearization
 
 _BAND = 6
 """A displacement has three components and is correlated with its neighbours."""
@@ -28,6 +29,8 @@ _PRECISE = 1e-7
 """Relative change of the likelihood at which the search for the sizes ends."""
 _RANGE = 1e4
 """Ratio of the largest to the smallest size of a source that is considered."""
+_SHORTEST = 1e-9
+"""Shortest travel in m, which keeps the slip of a wheel that stands finite."""
 SMALLEST = (1e-7, 1e-7)
 """Smallest noise in m and rad: numbers in a file are rounded."""
 
@@ -54,15 +57,18 @@ class Noise:
         sizes: Array = np.array(astuple(self))
         return sizes * sizes
 
+    def slip_variances(self, travels: Array) -> Array:
+        """The variances of the slip, relative to the travels in m."""
+        found: Array = self.slip**2 + self.slip_walk**2 / np.maximum(travels, _SHORTEST)
+        return found
+
 
 class Sources:
-    """The covariances of sources of size 1, as bands (`_BAND`, 3 M) below the diagonal."""
+    """The covariances of M displacements for sources of size 1."""
 
-    def __init__(self, parameters: Array, motions: Motions, displacements: Array, derivatives: Array) -> None:
-        """`displacements` are the predicted ones and `derivatives` those by `parameters`: the measured ones
-        may be wrong."""
-        self.is_absent = ~np.isfinite(motions.displacements)
-        """(M, 3), the components that the reference does not have."""
+    def __init__(self, model: Linearization) -> None:
+        """The covariances follow from the predicted displacements, because measured ones may be wrong."""
+        displacements, motions = model.predictions, model.motions
         count = len(motions)
         blocks = np.zeros((_SOURCES, count, 3, 3))
         beside = np.zeros((_SOURCES, max(count - 1, 0), 3, 3))
@@ -78,46 +84,34 @@ class Sources:
         beside[2, :, 0, 0], beside[2, :, 0, 1] = -cos, -sin
         beside[2, :, 1, 0], beside[2, :, 1, 1] = sin, -cos
         beside[3, :, :, 2] = lever[1:] * follows[:, None]
+        travels = model.travels
         for wheel, radius in ((0, LEFT), (1, RIGHT)):
-            effect = derivatives[:, :, radius]  # per m of the radius, so per rad of slip times the radius
-            travel = motions.travels()[:, wheel, None, None]
-            square = (effect[:, :, None] * effect[:, None, :]) * parameters[radius] ** 2
+            # a slip of 1 has the effect of a radius that is twice as large
+            effect = model.derivatives[:, :, radius] * model.parameters[radius]
+            square = effect[:, :, None] * effect[:, None, :]
             blocks[4] += square
-            blocks[5] += square / np.maximum(travel * abs(parameters[radius]), 1e-9)
-        present = ~self.is_absent
-        blocks *= present[None, :, :, None] * present[None, :, None, :]
-        beside *= present[None, 1:, :, None] * present[None, :-1, None, :]
-        self._blocks = blocks
-        self._bands = np.stack([_band(*both) for both in zip(blocks, beside, strict=True)])
-        self._absent = self.is_absent.ravel().astype(float)
+            blocks[5] += square / np.maximum(travels[:, wheel, None, None], _SHORTEST)
+        self._is_absent = model.is_absent
+        present = ~self._is_absent
+        self._blocks = blocks * (present[:, :, None] * present[:, None, :])
+        self._beside = beside * (present[1:, :, None] * present[:-1, None, :])
 
-    def __len__(self) -> int:
-        return len(self.is_absent)
-
-    def part(self, begin: int, end: int) -> Sources:
-        """The sources of the displacements from `begin` to `end`, exclusive."""
-        found = object.__new__(Sources)
-        found.is_absent = self.is_absent[begin:end]
-        found._blocks = self._blocks[:, begin:end]
-        found._bands = self._bands[:, :, 3 * begin : 3 * end].copy()
-        columns = found._bands.shape[2]
-        for below in range(1, _BAND):  # nothing is below the last row
-            found._bands[:, below, columns - below :] = 0.0
-        found._absent = self._absent[3 * begin : 3 * end]
-        return found
+    @cached_property
+    def _bands(self) -> Array:
+        """(6, `_BAND`, 3 M) the parts on and below the diagonal."""
+        return np.stack([_band(*both) for both in zip(self._blocks, self._beside, strict=True)])
 
     def factor(self, squares: Array) -> Array | None:
         """The Cholesky factor as a band. None if the covariance is singular in floating point."""
         bands = np.tensordot(squares, self._bands, axes=1)
-        bands[0] += self._absent
+        bands[0] += self._is_absent.ravel()
         factor, info = dpbtrf(bands, lower=1, overwrite_ab=1)
         return None if info else factor
 
-    def distances(self, squares: Array, values: Array) -> Array:
-        """(M,) the squared distance of each displacement's residuals (M, 3) from 0, in units of the noise."""
-        covariances = np.tensordot(squares, self._blocks, axes=1)
-        covariances[:, [0, 1, 2], [0, 1, 2]] += self.is_absent
-        found: Array = (values * np.linalg.solve(covariances, values[:, :, None])[:, :, 0]).sum(axis=1)
+    def covariances(self, squares: Array) -> Array:
+        """(M, 3, 3) the covariance of each displacement alone. Absent components have a variance of 1."""
+        found: Array = np.tensordot(squares, self._blocks, axes=1)
+        found[:, [0, 1, 2], [0, 1, 2]] += self._is_absent
         return found
 
     def likelihood(self, squares: Array, values: Array) -> float:
@@ -147,31 +141,25 @@ def _band(blocks: Array, beside: Array) -> Array:
     return band
 
 
-def estimate_noise(
-    sources: Sources,
-    residuals: Array,
-    scales: tuple[float, float],
-    travel: float,
-    before: Noise | None = None,
-) -> Noise:
-    """The sizes with the largest likelihood.
+def estimate_noise(model: Linearization, before: Noise | None) -> Noise:
+    """The sizes with the largest likelihood, from displacements that are not outliers.
 
-    `residuals` (M, 3) are without outliers. `scales` are their typical sizes in m and rad, and `travel` is
-    the typical travel of a wheel in m. The search starts at `before`, if given.
+    The search starts at `before`, if it is given.
     """
-    count = len(residuals)
+    count = len(model.motions)
     size = min(count, _MOST) // _PIECES
     begins = [0] if count <= _MOST else [round(i * (count - size) / (_PIECES - 1)) for i in range(_PIECES)]
     size = count if count <= _MOST else size
-    pieces = [(sources.part(b, b + size), residuals[b : b + size].ravel()) for b in begins]
-    xy, yaw = (max(scale, smallest) for scale, smallest in zip(scales, SMALLEST, strict=True))
-    slip = max(xy / max(travel, 1e-9), 1e-9)
-    largest = np.array([xy, yaw, xy, yaw, slip, xy / np.sqrt(max(travel, 1e-9))])
-    largest = np.maximum(largest, 1e-12)
+    parts = [model.only(slice(begin, begin + size)) for begin in begins]
+    pieces = [(Sources(part), np.nan_to_num(part.residuals).ravel()) for part in parts]
+    travel = max(float(np.median(model.travels.sum(axis=1))) / 2.0, _SHORTEST)
+    xy = max(_spread(model.residuals[:, :2]), SMALLEST[0])
+    yaw = max(_spread(model.residuals[:, 2]), SMALLEST[1])
+    largest = np.array([xy, yaw, xy, yaw, xy / travel, xy / np.sqrt(travel)])
 
     def negative(logarithms: Array) -> float:
         squares = np.exp(2.0 * logarithms)
-        value = sum(part.likelihood(squares, values) for part, values in pieces)
+        value = sum(sources.likelihood(squares, values) for sources, values in pieces)
         return value if np.isfinite(value) else 1e300
 
     start = np.log(largest * 0.4) if before is None else np.log(before.squares()) / 2.0
@@ -180,3 +168,9 @@ def estimate_noise(
     options = {"maxiter": 40, "ftol": _PRECISE}
     found = minimize(negative, start, method="L-BFGS-B", bounds=bounds, options=options)
     return Noise(*np.exp(found.x).tolist())
+
+
+def _spread(values: Array) -> float:
+    """The root mean square of the values that are present."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt((known**2).mean())) if known.size else 0.0

@@ -6,6 +6,8 @@ and Sensor Parameters for Mobile Robots, IEEE Transactions on Robotics 29(2), 20
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,16 +58,59 @@ def _turned(x: Array, y: Array, angle: Array) -> tuple[Array, Array]:
 
 def residuals(parameters: Array, motions: Motions) -> Array:
     """(M, 3) measured minus predicted displacements; NaN where a component is absent."""
-    left = motions.displacements - np.real(predicted(parameters, motions))
-    left[:, 2] = wrapped(left[:, 2])
-    return left
+    return _errors(np.real(predicted(parameters, motions)), motions)
 
 
-def derivatives(parameters: Array, motions: Motions) -> Array:
-    """(M, 3, 6) derivatives of the predicted displacements by the parameters."""
-    columns = []
-    for index in range(COUNT):
-        stepped = parameters.astype(complex)
-        stepped[index] += 1j * _STEP
-        columns.append(np.imag(predicted(stepped, motions)) / _STEP)
-    return np.stack(columns, axis=2)
+def _errors(predictions: Array, motions: Motions) -> Array:
+    errors = motions.displacements - predictions
+    errors[:, 2] = wrapped(errors[:, 2])
+    return errors
+
+
+@dataclass(frozen=True, slots=True)
+class Linearization:
+    """The model of M displacements near one estimate of the parameters.
+
+    parameters   (6,)
+    motions      the measured displacements
+    predictions  (M, 3) predicted displacements in m, m and rad
+    residuals    (M, 3) measured minus predicted displacements; NaN where a component is absent
+    derivatives  (M, 3, 6) of the predictions by the parameters
+    """
+
+    parameters: Array
+    motions: Motions
+    predictions: Array
+    residuals: Array
+    derivatives: Array
+
+    @classmethod
+    def at(cls, parameters: Array, motions: Motions) -> Linearization:
+        columns = []
+        for index in range(COUNT):
+            stepped = parameters.astype(complex)
+            stepped[index] += 1j * _STEP
+            columns.append(predicted(stepped, motions))
+        predictions = np.real(columns[0])
+        slopes = np.imag(np.stack(columns, axis=2)) / _STEP
+        return cls(parameters, motions, predictions, _errors(predictions, motions), slopes)
+
+    def only(self, kept: NDArray[np.bool_] | slice) -> Linearization:
+        return Linearization(
+            self.parameters,
+            self.motions.only(kept),
+            self.predictions[kept],
+            self.residuals[kept],
+            self.derivatives[kept],
+        )
+
+    @property
+    def is_absent(self) -> NDArray[np.bool_]:
+        """(M, 3) the components that the reference does not have."""
+        return np.isnan(self.residuals)
+
+    @property
+    def travels(self) -> Array:
+        """(M, 2) the distance in m that each wheel rolls."""
+        rolled: Array = self.motions.travels() * np.abs(self.parameters[[LEFT, RIGHT]])
+        return rolled

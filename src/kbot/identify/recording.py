@@ -41,6 +41,9 @@ _GOALS = ("goal", "initialpose", "target")
 """Parts of the names of topics whose poses are not those of the robot."""
 _PERIOD = 0.1
 """Shortest time in s between two poses of the reference. More frequent ones add time, and little else."""
+_SWAPPED = 0.2
+"""Longest time in s by which a message may precede the one before it: a network can swap messages. Time that
+goes back further is another run."""
 _FEWEST = 2
 """Motion needs at least this many poses of the reference, and messages of joint states."""
 
@@ -60,7 +63,7 @@ class _Series:
         return len(self.times)
 
     def arrays(self, path: str, topic: str) -> tuple[Array, Array]:
-        """Increasing times, and the rows. A repeated time counts once.
+        """Increasing times, and the rows. A repeated time counts once, and swapped messages are sorted.
 
         Raises:
             KbotError: the clock jumps, or a number is not finite.
@@ -69,12 +72,14 @@ class _Series:
         if not (np.isfinite(times).all() and np.isfinite(rows).all()):
             at = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
             raise KbotError(f"{path}: {topic} at {times[at]:.3f} s has a number that is not finite")
-        steps = np.diff(times)
-        for index in np.flatnonzero(steps < 0.0):
+        for index in np.flatnonzero(np.diff(times) < -_SWAPPED):
             raise KbotError(
                 f"{path}: the clock jumps back on {topic}: {times[index]:.3f} s, then "
                 f"{times[index + 1]:.3f} s. Cut the recording with kbot bag cut"
             )
+        order = np.argsort(times, kind="stable")
+        times, rows = times[order], rows[order]
+        steps = np.diff(times)
         for index in np.flatnonzero(steps > LONGEST_GAP):
             raise KbotError(
                 f"{path}: the clock jumps ahead by {steps[index]:.6g} s on {topic} at {times[index]:.3f} s. "
