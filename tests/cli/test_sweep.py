@@ -214,6 +214,7 @@ def test_a_world_and_its_parameters() -> None:
         ((), "nothing varies. Add --set NAME=VALUES"),
         (("--set", "wheel_radius=0.02:0.05"), "a grid needs the number of values, for example wheel"),
         ((*RADII, "--method", "lhs"), "--method lhs needs --runs N"),
+        ((*RADII, "--method", "lhs", "--runs", "1000001"), "together, at most 1000000, not 1000001."),
         ((*RADII, "--method", "optimize", "--runs", "3"), "--method optimize needs --objective MEASURE"),
         ((*RADII, "--objective", "enrgy"), "unknown measure 'enrgy': did you mean 'energy'?"),
         ((*RADII, "--objective", "goal_time"), "no scenario measures it, because none has a goal"),
@@ -284,12 +285,13 @@ def test_the_function_gives_the_same_table_as_the_command() -> None:
 def test_ctrl_c_and_kills_lose_nothing_and_the_same_command_continues(folder: Path) -> None:
     (folder / "drive.scenario.yaml").write_text(DRIVE.replace("duration: 1", "duration: 5"))
     words = ["kbot", "--set", "wheel_radius=0.02:0.05:24", "--scenario", "drive.scenario.yaml"]
+    words += ["--objective", "energy"]
     command = [sys.executable, "-m", "kbot", "sweep", *words, "-j", "1", "--out", "killed"]
     journal = folder / "killed" / "runs.jsonl"
 
     def begin(rows: int) -> subprocess.Popen[bytes]:
         """Start the command, and wait until this many runs are finished."""
-        process = subprocess.Popen(command, stderr=subprocess.PIPE)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         while not journal.exists() or journal.read_bytes().count(b"\n") < rows:
             assert process.poll() is None, process.stderr and process.stderr.read()
             time.sleep(0.01)
@@ -297,11 +299,12 @@ def test_ctrl_c_and_kills_lose_nothing_and_the_same_command_continues(folder: Pa
 
     first = begin(1)
     first.send_signal(signal.SIGINT)
-    _, errors = first.communicate()
+    printed, errors = first.communicate()
     assert first.returncode == 130
-    assert b"interrupted. The same command continues the sweep" in errors
-    assert b"Traceback" not in errors
     done = journal.read_bytes().count(b"\n")
+    assert b"interrupted after %d of 24 runs. The same command continues" % done in errors
+    assert b"lowest energy so far, after %d of 24 runs:\n" % done in printed
+    assert b"Traceback" not in errors
     assert parquet.read_table("killed/results.parquet").num_rows == done
 
     second = begin(done + 1)

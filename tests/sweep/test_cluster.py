@@ -228,3 +228,11 @@ def test_an_address_without_a_cluster_is_an_error() -> None:
     why = r"cannot use a Ray cluster at 127.0.0.1:9: .*refused"
     with pytest.raises(KbotError, match=why), RayCluster("127.0.0.1:9"):
         pass
+
+
+def test_jobs_limit_the_runs_at_the_same_time_on_another_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cluster on this machine has as many processors as jobs, and takes runs in advance."""
+    clusters = [RayCluster("ray://head:10001"), RayCluster("ray://head:10001", 3), RayCluster(LOCAL, 3)]
+    for each, processors in zip(clusters, (8, 8, 3), strict=True):
+        monkeypatch.setattr(each, "_processors", processors)
+    assert [each.capacity for each in clusters] == [16, 3, 6]

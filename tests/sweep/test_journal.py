@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ import pytest
 from kbot.sweep import journal as journal_module
 from kbot.sweep.journal import Journal, Row
 from kbot.text import KbotError
+from kbot.text.notes import notes_sent_to
 
 
 def row(run: int, **measures: float | None) -> Row:
@@ -26,6 +29,15 @@ def row(run: int, **measures: float | None) -> Row:
         "ab",
         measures,
     )
+
+
+@contextmanager
+def reported(note: str) -> Iterator[None]:
+    """Within the block, this note is sent and no other."""
+    notes: list[str] = []
+    with notes_sent_to(notes.append):
+        yield
+    assert notes == [note]
 
 
 def test_rows_are_read_in_the_order_of_their_runs(tmp_path: Path) -> None:
@@ -66,7 +78,7 @@ def test_a_damaged_line_is_a_missing_run(tmp_path: Path) -> None:
             journal.append(row(run))
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(lines[0] + b"\0" * 20 + b"\n" + lines[2])  # as a loss of power may leave it
-    with Journal(path, 100) as journal:
+    with reported(f"{path}:2 is not a run of this sweep. It is ignored"), Journal(path, 100) as journal:
         assert [each.run for each in journal.rows()] == [0, 2]
         journal.append(row(1))
         assert [each.run for each in journal.rows()] == [0, 1, 2]
@@ -125,10 +137,11 @@ def test_an_edited_line_is_not_a_finished_run(key: str, value: object, tmp_path:
         journal.append(row(1, energy=1.5))
     first, second = path.read_text().splitlines()
     path.write_text(f"{json.dumps({**json.loads(first), key: value})}\n{second}\n")
-    with Journal(path, 100) as journal:
+    with reported(f"{path}:1 is not a run of this sweep. It is ignored"), Journal(path, 100) as journal:
         assert [each.run for each in journal.rows()] == [1]
+        assert journal.place(1) == f"{path}:2"
         journal.append(row(0, energy=1.5))
-    with Journal(path, 100) as journal:
+    with reported(f"{path}:1 is not a run of this sweep. It is ignored"), Journal(path, 100) as journal:
         assert [each.run for each in journal.rows()] == [0, 1]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +19,7 @@ from kbot.sweep.optimisation import WINDOW
 from kbot.sweep.plan import Plan
 from kbot.sweep.search import designs_of, search
 from kbot.sweep.space import parse_space
+from kbot.text import KbotError
 from kbot.trials.pool import Task
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource, Scenario
@@ -103,6 +105,20 @@ def test_a_larger_sweep_keeps_the_runs_of_a_smaller_one(method: Method, tmp_path
     larger = rows(tmp_path / "runs", plan(method, 40), InOrder(5))
     assert larger[:25] == smaller
     assert larger == rows(tmp_path / "at once", plan(method, 40), InOrder(2))
+
+
+@pytest.mark.parametrize("method", [Method.RANDOM, Method.LHS, Method.OPTIMIZE])
+@pytest.mark.parametrize(("key", "value"), [("values", [0.5, 1, "left"]), ("design", 7)])
+def test_a_row_with_the_values_of_another_design_is_an_error(
+    method: Method, key: str, value: object, tmp_path: Path
+) -> None:
+    path = tmp_path / "runs.jsonl"
+    rows(path, plan(method, 20), InOrder(1))
+    lines = path.read_text().splitlines()
+    lines[3] = json.dumps({**json.loads(lines[3]), key: value})
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(KbotError, match=r"runs\.jsonl:4: run 3 is recorded for design .* Delete this line"):
+        rows(path, plan(method, 20), InOrder())
 
 
 def test_runs_of_one_design_have_the_same_values_and_different_seeds(tmp_path: Path) -> None:

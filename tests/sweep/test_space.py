@@ -45,6 +45,7 @@ def test_values_of_a_text(text: str, expected: list[object], kind: type) -> None
         ("r=0.05:0.02:7", "--set r=0.05:0.02:7: the range is empty: 0.05 is above 0.02"),
         ("r=0:inf:7", "--set r=0:inf:7: the upper end must be finite, not 'inf'"),
         ("r=nan:1", "--set r=nan:1: the lower end must be finite, not 'nan'"),
+        ("r=:", "--set r=:: the lower end must be a number, not ''"),
         ("r=0:x", "--set r=0:x: the upper end must be a number, not 'x'"),
         ("r=0:1:0", "--set r=0:1:0: the number of values must be an integer from 1 on, not '0'"),
         ("r=0:1:2.5", "--set r=0:1:2.5: the number of values must be an integer from 1 on, not '2.5'"),

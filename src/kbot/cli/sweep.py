@@ -188,7 +188,8 @@ def command(
         else:
             click.echo(text)
         if not ran.is_complete:
-            print_note("interrupted. The same command continues the sweep")
+            done = ran.sweep.journal.count
+            print_note(f"interrupted after {done} of {ran.sweep.plan.runs} runs. The same command continues")
             return INTERRUPTED
         _write_outputs(ran.sweep, outputs, running, ran.pool, as_json=as_json)
         return COMPLETE if ran.sweep.has_passed else ALL_FAILED
@@ -220,7 +221,8 @@ def _run(
         from kbot.sweep.cluster import parse_place
 
         parse_place(running.on)
-    from kbot.sweep.runner import checked_plan, opened_sweep
+    from kbot.sweep.rehearsal import checked_plan
+    from kbot.sweep.runner import opened_sweep
     from kbot.trials.pool import Pool
 
     request = _request(words, choice)

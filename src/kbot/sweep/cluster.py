@@ -99,13 +99,13 @@ class RayCluster:
         not_sent: Sequence[str] = (),
     ) -> None:
         """
-        jobs      processes of a cluster on this machine; by default one for each core
+        jobs      runs at the same time; by default one for each core of the cluster
         limit     replaces the processor time in seconds that each run may take
         versions  of programs, by the name of their package, that each machine must have
         not_sent  folders of the working directory that other machines do not need
         """
         self._address, self._limit = address, limit
-        self._jobs = jobs or available_cores()
+        self._jobs = jobs
         self._versions = dict(versions or {})
         self._not_sent = not_sent
         self._running: dict[ObjectRef[Any], tuple[int, LimitedTask]] = {}
@@ -121,7 +121,9 @@ class RayCluster:
 
     @property
     def capacity(self) -> int:
-        return AHEAD * max(1, self._processors)
+        ahead = AHEAD * max(1, self._processors)
+        # of a cluster of its own, the number of processors is the limit
+        return ahead if self._jobs is None or self._address == LOCAL else min(self._jobs, ahead)
 
     def submit(self, run: int, task: Task) -> None:
         item = (task, self._limit or task.limit)
@@ -152,7 +154,7 @@ class RayCluster:
             folder = tempfile.mkdtemp(prefix="kbot-ray-")
             self._opened.callback(shutil.rmtree, folder, ignore_errors=True)
             options = {
-                "num_cpus": self._jobs,
+                "num_cpus": self._jobs or available_cores(),
                 "include_dashboard": False,
                 "object_store_memory": _STORE_BYTES,
                 "_temp_dir": folder,

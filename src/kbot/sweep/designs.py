@@ -20,6 +20,10 @@ _BLOCK = 1024
 """Random designs that are drawn at once, because a generator for each would take longer than drawing them."""
 
 
+MOST_TOGETHER = 1_000_000
+"""Designs of a Latin hypercube, which are drawn together and kept in memory."""
+
+
 class Method(StrEnum):
     """How designs are chosen."""
 

@@ -1,7 +1,7 @@
 """The record of finished runs: one line of JSON each, which survives every interruption.
 
-A line that is not a row of the sweep, as after a loss of power or an edit, is ignored: its run is executed
-again.
+A line that is not a row of the sweep, as after a loss of power or an edit, is reported and ignored. Its run
+is executed again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ import orjson
 
 from kbot.sweep.space import Value, Values
 from kbot.text import KbotError
+from kbot.text.notes import note
 
+NEWLINE = b"\n"
 SYNC_SECONDS = 1.0
 """The disk has all runs but those of the last second, even after a loss of power. A killed process loses none
 of them."""
@@ -95,7 +97,7 @@ class Journal:
         Raises:
             KbotError: the disk is full, or the file cannot be written. The file is as before.
         """
-        line = orjson.dumps(row) + b"\n"
+        line = orjson.dumps(row) + NEWLINE
         try:
             self._write(line)
         except OSError as error:
@@ -124,6 +126,10 @@ class Journal:
             file.seek(self._offsets[run])
             return _row(file.readline())
 
+    def place(self, run: int) -> str:
+        """The file and line of a finished run."""
+        return f"{self.path}:{self.path.read_bytes()[: self._offsets[run]].count(NEWLINE) + 1}"
+
     def _write(self, line: bytes) -> None:
         rest = line
         while rest:
@@ -135,15 +141,22 @@ class Journal:
     def _read(self) -> int:
         """Find the rows. Returns where the next one begins: after the last complete line."""
         offset = 0
+        ignored: list[int] = []
         with self.path.open("rb") as file:
-            for line in file:
-                if not line.endswith(b"\n"):
+            for number, line in enumerate(file, 1):
+                if not line.endswith(NEWLINE):
                     break
+                row = None
                 with suppress(orjson.JSONDecodeError, KeyError, TypeError):
                     row = _row(line)
-                    if self._is_valid(row) and row.run not in self:
-                        self._add(row.run, offset, row.measures)
+                if row is not None and self._is_valid(row) and row.run not in self:
+                    self._add(row.run, offset, row.measures)
+                else:
+                    ignored.append(number)
                 offset += len(line)
+        if ignored:
+            more = f", and {len(ignored) - 1} more of its lines," if len(ignored) > 1 else ""
+            note(f"{self.path}:{ignored[0]}{more} is not a run of this sweep. It is ignored")
         return offset
 
     def _cut(self) -> None:

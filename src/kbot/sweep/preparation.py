@@ -10,7 +10,7 @@ from pathlib import Path
 
 from kbot.model.geometry import Mesh
 from kbot.model.load import resolve_robot_path
-from kbot.sweep.designs import Method
+from kbot.sweep.designs import MOST_TOGETHER, Method
 from kbot.sweep.objectives import parse_objectives
 from kbot.sweep.plan import Plan, world_with_parameter
 from kbot.sweep.space import Dimension, Space, Target, parse_space
@@ -104,6 +104,11 @@ def _count(space: Space, request: Request) -> int:
     if request.method is not Method.GRID:
         if request.runs is None:
             raise KbotError(f"--method {request.method} needs --runs N, the number of combinations to run")
+        if request.method is Method.LHS and request.runs > MOST_TOGETHER:
+            raise KbotError(
+                f"--method lhs draws all combinations together, at most {MOST_TOGETHER}, not {request.runs}. "
+                "For more, use --method random"
+            )
         return request.runs
     if space.size is None:
         wide = next(each for each in space.dimensions if each.count is None)

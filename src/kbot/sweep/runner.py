@@ -1,37 +1,25 @@
-"""Runs a sweep in a folder, from what the user asked for to the table."""
+"""Runs a sweep in a folder, and finds the best designs of what has been run."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from kbot.sweep.designs import Method
 from kbot.sweep.executor import Executor
 from kbot.sweep.folder import TABLE, opened_folder
 from kbot.sweep.journal import Journal, Row
 from kbot.sweep.objectives import front
 from kbot.sweep.plan import Plan
-from kbot.sweep.preparation import Request, prepare
-from kbot.sweep.processes import Processes
 from kbot.sweep.search import search
 from kbot.sweep.table import write_table
 from kbot.text import KbotError
-from kbot.text.suggest import suggest_or_list
-from kbot.trials.measures import FAMILIES
-from kbot.trials.pool import Pool, run_tasks
-from kbot.trials.results import TrialResult
 
 SCHEMA = 1
 """Version of the JSON of `kbot sweep`."""
-MANY_RUNS, LONG_SECONDS = 100_000, 86_400.0
-"""More runs, or a longer time, must be confirmed: most are a slip in a range."""
-SOME_RUNS = 1000
-"""Fewer runs are not timed beforehand."""
 NO_RESULT: Mapping[str, object] = {
     "schema": SCHEMA,
     "method": None,
@@ -44,7 +32,6 @@ NO_RESULT: Mapping[str, object] = {
     "best": [],
 }
 """The JSON of a sweep that could not begin."""
-_UNITS = (("year", 31_557_600.0), ("day", 86_400.0), ("hour", 3600.0), ("minute", 60.0), ("second", 1.0))
 
 
 @dataclass(frozen=True)
@@ -146,25 +133,6 @@ class Sweep:
         }
 
 
-def checked_plan(request: Request, pool: Pool, *, confirmed: bool = False) -> Plan:
-    """The plan of a sweep that can run.
-
-    `confirmed`: the user knows that it has very many runs.
-
-    Raises:
-        KbotError: the request cannot be run, or must be confirmed.
-        KeyboardInterrupt: Ctrl-C.
-    """
-    plan = prepare(request, pool)
-    families = [each.name for each in plan.objectives if each.name.partition("/")[0] in FAMILIES]
-    if families or (plan.runs > SOME_RUNS and not confirmed):
-        trial, seconds = _try(plan, pool)
-        _require_parts(families, trial)
-        if not confirmed:
-            _require_confirmed(plan, seconds / pool.jobs)
-    return plan
-
-
 @contextmanager
 def opened_sweep(plan: Plan, out: str) -> Iterator[Sweep]:
     """Begin a sweep in the folder `out`, or continue it. Within the block, the folder is locked.
@@ -174,95 +142,3 @@ def opened_sweep(plan: Plan, out: str) -> Iterator[Sweep]:
     """
     with opened_folder(out, plan) as journal:
         yield Sweep(plan, journal, Path(out))
-
-
-def _try(plan: Plan, pool: Pool) -> tuple[TrialResult, float]:
-    """Run the robot as it is described once. Returns the result, and the seconds that it took."""
-    begun = time.perf_counter()
-    (result,) = run_tasks(pool, plan.trials[:1])
-    if result is None:
-        raise KeyboardInterrupt
-    return result, time.perf_counter() - begun
-
-
-def _require_parts(names: Sequence[str], trial: TrialResult) -> None:
-    """Raises KbotError: an objective such as `support/NAME` is about something that the robot does not have.
-
-    A run that failed measured nothing, and shows nothing about it.
-    """
-    for name in names:
-        if trial.all_values and name not in trial.all_values:
-            family = name.partition("/")[0]
-            known = [each for each in trial.all_values if each.startswith(f"{family}/")]
-            hint = suggest_or_list(name, known)
-            raise KbotError(f"--objective {name}: the scenario {trial.name} does not measure it: {hint}")
-
-
-def _require_confirmed(plan: Plan, seconds: float) -> None:
-    """Raises KbotError: a sweep has very many runs. `seconds` is the time of one of them."""
-    total = plan.runs * seconds
-    if plan.runs > MANY_RUNS or total > LONG_SECONDS:
-        counts = " x ".join(str(each.count) for each in plan.space.dimensions if each.count)
-        product = f" ({counts})" if plan.method is Method.GRID and len(plan.space.dimensions) > 1 else ""
-        raise KbotError(
-            f"the sweep has {plan.runs} runs{product}, which take about {duration(total)} on this machine. "
-            "To run it nevertheless, add --yes"
-        )
-
-
-def duration(seconds: float) -> str:
-    """A duration in its largest unit, such as `3 hours`."""
-    name, unit = next((each for each in _UNITS if seconds >= each[1]), _UNITS[-1])
-    count = max(1, round(seconds / unit))
-    return f"{count} {name}{'s' if count > 1 else ''}"
-
-
-def sweep(
-    robot: str,
-    dimensions: Mapping[str, str | Sequence[int | float | str]],
-    scenario: str | Sequence[str],
-    out: str,
-    *,
-    objectives: str | Sequence[str] = (),
-    method: str = "grid",
-    runs: int | None = None,
-    values: Mapping[str, object] | None = None,
-    packages: Sequence[str] = (),
-    jobs: int | None = None,
-    limit: float | None = None,
-    confirmed: bool = False,
-) -> Path:
-    """Run a sweep as `kbot sweep` does. Returns the path of the table.
-
-    `dimensions` has the values by name, as a text such as `0.02:0.05:7` or as a list. `values` do not vary.
-    `limit` is the processor time in seconds that each run may take.
-
-    Raises:
-        KbotError: the request cannot be run, or the folder `out` cannot be written.
-    """
-    request = Request(
-        robot=robot,
-        dimensions=[f"{name}={_text(each)}" for name, each in dimensions.items()],
-        scenarios=[scenario] if isinstance(scenario, str) else scenario,
-        objectives=[objectives] if isinstance(objectives, str) else objectives,
-        method=_method(method),
-        runs=runs,
-        values={name: str(value) for name, value in (values or {}).items()},
-        packages=tuple(packages),
-    )
-    with Pool(jobs) as pool:
-        plan = checked_plan(request, pool, confirmed=confirmed)
-        with opened_sweep(plan, out) as opened, Processes(pool, limit) as executor:
-            opened.run(executor)
-            return opened.table
-
-
-def _text(values: str | Sequence[int | float | str]) -> str:
-    return values if isinstance(values, str) else ",".join(map(str, values))
-
-
-def _method(name: str) -> Method:
-    try:
-        return Method(name)
-    except ValueError:
-        raise KbotError(f"unknown method '{name}': {suggest_or_list(name, list(Method))}") from None

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from kbot.sweep.designs import Designs, Grid, LatinHypercube, Method, Random
 from kbot.sweep.executor import Executor
-from kbot.sweep.journal import Journal
+from kbot.sweep.journal import Journal, Row
 from kbot.sweep.objectives import Objective
 from kbot.sweep.plan import Plan
 from kbot.sweep.space import Space, Values
@@ -87,13 +87,21 @@ class _Missing:
         design = self._chosen
         self._chosen += 1
         missing = [run for run in self._runs(design) if run not in self._journal]
-        if not missing and self._designs.window is None:
-            return
         values = self._designs.values(design)
-        recorded = [run for run in self._runs(design) if run in self._journal]
-        if recorded and (known := self._journal.row(recorded[0]).values) != values:
-            raise KbotError(f"design {design} has the values {known} in {self._journal.path}, not {values}")
+        for run in self._runs(design):
+            if run in self._journal:
+                self._require_same(self._journal.row(run), design, values)
         self._queue = iter([(run, values) for run in missing])
+
+    def _require_same(self, row: Row, design: int, values: Values) -> None:
+        """Raises KbotError: the journal was edited, and a row is not of its run's design."""
+        if (row.design, row.values) != (design, values):
+            found, wanted = (", ".join(map(str, each)) for each in (row.values, values))
+            raise KbotError(
+                f"{self._journal.place(row.run)}: run {row.run} is recorded for design {row.design} with "
+                f"{found}, but it is of design {design} with {wanted}. Delete this line to run it again, or "
+                "choose another folder with --out"
+            )
 
     def _report(self, design: int) -> None:
         rows = [self._journal.row(run) for run in self._runs(design)]

@@ -231,7 +231,7 @@ def _domain(text: str, *, is_world: bool) -> Choices | Levels | Interval:
     if "," in text:
         return _choices(text.split(","))
     parts = text.split(":")
-    if len(parts) == 1 or not any(map(_is_number, parts)):
+    if len(parts) == 1 or (any(parts) and not any(map(_is_number, parts))):
         return _choices([text])
     if len(parts) > 3:
         raise ValueError("a range is low:high or low:high:count")

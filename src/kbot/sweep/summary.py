@@ -43,11 +43,12 @@ def _best(sweep: Sweep, best: Sequence[Design]) -> list[str]:
     objectives = sweep.plan.objectives
     if not objectives:
         return []
+    so_far = f" so far, after {sweep.journal.count} of {sweep.plan.runs} runs" if sweep.missing else ""
     if not best:
-        when = "so far, " if sweep.missing else ""
-        return [f"{when}no design passed all its runs and has a value of each objective"]
+        return [f"no design passed all its runs and has a value of each objective{so_far}"]
     goals = ", ".join(f"{'highest' if each.is_maximum else 'lowest'} {each.name}" for each in objectives)
-    lines = [f"{goals}:" if len(objectives) == 1 else f"Pareto front of {goals}, {_designs(len(best))}:"]
+    title = goals if len(objectives) == 1 else f"Pareto front of {goals}, {_designs(len(best))}"
+    lines = [f"{title}{so_far}:"]
     values = best[0].values
     names = ["design", *values, *(each.name for each in objectives if each.name not in values)]
     rows = [names]
