@@ -9,22 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.learn.episodes import Episodes, make_episodes
-from kbot.learn.inputs import Vector
 from kbot.learn.picture import Picture
 
 Info = dict[str, Any]  # values of many types
-Flags = NDArray[np.bool_]
 NEXT_STEP, SAME_STEP, DISABLED = "NextStep", "SameStep", "Disabled"
 """The values of Gymnasium's `AutoresetMode`."""
 
 
 class Batch(NamedTuple):
-    """The results of a step of several environments: arrays with one row each, and their infos."""
+    """The results of a step of several environments, as in a `Step`, with one entry for each environment.
 
-    seen: Vector
-    rewards: NDArray[np.float64]
-    terminated: Flags
-    truncated: Flags
+    They are not arrays, because numpy takes as long for a single number as for those of all groups.
+    """
+
+    seen: list[list[float]]
+    rewards: list[float]
+    terminated: list[bool]
+    truncated: list[bool]
     infos: list[Info]
 
 
@@ -53,30 +54,31 @@ class Group:
         self._seen: list[list[float]] = [[0.0] * len(first.interface.inputs) for _ in range(count)]
         self._pictures: dict[int, Picture] = {}
 
-    def reset(self, seeds: Sequence[int | None], chosen: Sequence[bool]) -> tuple[Vector, list[Info]]:
-        """Start an episode in the chosen environments. Those without a seed continue their random numbers."""
+    def reset(
+        self, seeds: Sequence[int | None], chosen: Sequence[bool]
+    ) -> tuple[list[list[float]], list[Info]]:
+        """Start an episode in the chosen environments. Those without a seed continue their random numbers.
+
+        Returns what every environment sees, as in a `Batch`, and its info.
+        """
         infos: list[Info] = [{} for _ in self.episodes]
         for index, (seed, is_chosen) in enumerate(zip(seeds, chosen, strict=True)):
             if is_chosen:
                 if seed is not None:
                     self._randoms[index] = random_numbers(seed)
                 infos[index] = self._start(index)
-        return self.interface.bounded(self._seen), infos
+        return self._seen, infos
 
-    def step(self, actions: Vector) -> Batch:
-        """Drive every robot for one action (count, n) of finite numbers.
-
-        The results become arrays at the end, because numpy takes as long for a single number as for all.
-        """
+    def step(self, actions: list[list[float]]) -> Batch:
+        """Drive every robot for one action, of numbers from -1 to 1."""
         count = len(self.episodes)
         rewards, terminated, truncated = [0.0] * count, [False] * count, [False] * count
         infos: list[Info] = []
-        given: list[list[float]] = np.minimum(np.maximum(actions, -1.0), 1.0).tolist()
         for index, episodes in enumerate(self.episodes):
             if self._is_over[index] and self._autoreset == NEXT_STEP:
                 infos.append(self._start(index))
                 continue
-            step = episodes.step(given[index])
+            step = episodes.step(actions[index])
             self._steps[index] += 1
             too_long = self._most_steps is not None and self._steps[index] >= self._most_steps
             self._seen[index], rewards[index] = step.seen, step.reward
@@ -91,13 +93,7 @@ class Group:
                     **self._start(index),
                 }
             infos.append(info)
-        return Batch(
-            self.interface.bounded(self._seen),
-            np.array(rewards),
-            np.array(terminated),
-            np.array(truncated),
-            infos,
-        )
+        return Batch(self._seen, rewards, terminated, truncated, infos)
 
     def render(self) -> list[NDArray[np.uint8]]:
         """A picture (height, width, 3) of each environment. Raises KbotError: OpenGL is not available."""

@@ -6,7 +6,7 @@ Each of its environments is the same as a single one with its seed, bit for bit.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,13 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.learn.environment import spaces
-from kbot.learn.group import Batch, Flags, Info
+from kbot.learn.group import Batch, Info
 from kbot.learn.group_process import GroupProcess, LocalGroup
 from kbot.learn.inputs import PolicyInterface, Vector
 from kbot.text import KbotError
 from kbot.worker.cores import available_cores
 
+Flags = NDArray[np.bool_]
 _MOST = 100_000
 """Environments, processes and steps of an episode."""
 
@@ -45,8 +46,8 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
             task: what the robots learn: a key of `TASKS`.
             num_envs: number of environments.
             autoreset_mode: when an environment whose episode has ended is reset.
-            processes: that step at the same time, by default one for each processor core. With 1, this
-                process steps.
+            processes: that step at the same time, by default one for each processor core. This process
+                is the first of them.
             max_episode_steps: actions after which an episode is truncated, besides `time_limit`.
             render_mode: `rgb_array` or None.
             options: as those of a single environment.
@@ -71,11 +72,12 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
         ends = np.linspace(0, count, min(wanted, count) + 1).round().astype(int).tolist()
         self._parts = [slice(start, end) for start, end in pairwise(ends)]
         sizes = [part.stop - part.start for part in self._parts]
-        start = LocalGroup if len(sizes) == 1 else GroupProcess
         self._groups: list[LocalGroup | GroupProcess] = []
         try:
-            for size in sizes:
-                self._groups.append(start(task, options, size, self._mode.value, most))
+            # the processes start at the same time, before the first group is built here
+            for size in sizes[1:]:
+                self._groups.append(GroupProcess(task, options, size, self._mode.value, most))
+            self._groups.insert(0, LocalGroup(task, options, sizes[0], self._mode.value, most))
             self.interface: PolicyInterface = self._receive()[0]
         except BaseException:
             self.close_extras()
@@ -113,7 +115,7 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
         self._is_over = self._is_over & ~chosen
         self._is_ready = True
         infos = [info for _, part in results for info in part]
-        return np.concatenate([seen for seen, _ in results]), self._merged(infos)
+        return self.interface.bounded([row for seen, _ in results for row in seen]), self._merged(infos)
 
     def step(self, actions: ArrayLike) -> tuple[Vector, NDArray[np.float64], Flags, Flags, Info]:
         """Drive every robot for one action.
@@ -131,11 +133,13 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
         if self._mode is AutoresetMode.DISABLED and self._is_over.any():
             over = np.flatnonzero(self._is_over).tolist()
             raise KbotError(f"the episodes of the environments {over} are over: reset them with reset_mask")
-        batches = self._call("step", [(given[part],) for part in self._parts])
-        batch = batches[0] if len(batches) == 1 else _joined(batches)
-        seen, rewards, terminated, truncated, infos = batch
+        limited = np.minimum(np.maximum(given, -1.0), 1.0).tolist()
+        batches: list[Batch] = self._call("step", [(limited[part],) for part in self._parts])
+        seen, rewards, *ends, infos = (list(chain(*parts)) for parts in zip(*batches, strict=True))
+        terminated, truncated = (np.array(flags, dtype=np.bool_) for flags in ends)
         self._is_over = terminated | truncated
-        return seen, rewards, terminated, truncated, self._merged(infos)
+        vectors = self.interface.bounded(seen)
+        return vectors, np.array(rewards), terminated, truncated, self._merged(infos)
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """A picture (height, width, 3) of each environment in the mode `rgb_array`.
@@ -195,9 +199,9 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
         if names is not None:
             has_terms = np.array([each is not None for each in terms])
             none = [0.0] * len(names)
-            table = np.array([none if each is None else [*each.values()] for each in terms])
+            columns = zip(*(none if each is None else each.values() for each in terms), strict=True)
             rewards: Info = {}
-            for name, values in zip(names, table.T.copy(), strict=True):
+            for name, values in zip(names, np.array([*columns]), strict=True):
                 rewards[name] = values
                 rewards[f"_{name}"] = has_terms
             merged["rewards"], merged["_rewards"] = rewards, has_terms
@@ -205,12 +209,6 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
             if info:
                 merged = self._add_info(merged, info, index)
         return merged
-
-
-def _joined(batches: Sequence[Batch]) -> Batch:
-    *arrays, infos = zip(*batches, strict=True)
-    seen, rewards, terminated, truncated = map(np.concatenate, arrays)
-    return Batch(seen, rewards, terminated, truncated, [info for part in infos for info in part])
 
 
 def _count(name: str, value: object) -> int:

@@ -98,7 +98,8 @@ class RobotBody:
         place_x, place_y = px + xx * tx + xy * ty + xz * tz, py + yx * tx + yy * ty + yz * tz
         yaw = math.atan2(yx * ax + yy * ay + yz * az, xx * ax + xy * ay + xz * az)
         full = 2.0 * math.pi
-        yaw += full * round((self.heading + self._base_yaw - yaw) / full)
+        heading = math.atan2(yx, xx) + full * self._turns
+        yaw += full * round((heading + self._base_yaw - yaw) / full)
         v, at = self._qvel, self._root_dof
         vx, vy, vz, wx, wy, wz = v[at], v[at + 1], v[at + 2], v[at + 3], v[at + 4], v[at + 5]
         # the velocity of the base's origin in the axes of the root

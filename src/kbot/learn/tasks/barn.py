@@ -98,8 +98,8 @@ class BarnTask(Task):
             self._begun += seconds
         elif hypot(pose.x - START.x, pose.y - START.y) > _BEGUN:
             self._begun = 0.0
-        arrived = way.goal.distance(pose) <= self.arrive
-        return {"progress": way.advance(pose)}, ARRIVED if arrived else ""
+        progress = way.advance(pose)
+        return {"progress": progress}, ARRIVED if way.straight <= self.arrive else ""
 
     def facts(self, time: float, outcome: str) -> dict[str, object]:
         """The challenge's metric of the episode."""

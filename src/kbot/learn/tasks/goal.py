@@ -58,5 +58,5 @@ class GoalTask(Task):
 
     def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
         way = require_started(self._way)
-        arrived = way.goal.distance(pose) <= self.arrive
-        return {"progress": way.advance(pose)}, ARRIVED if arrived else ""
+        progress = way.advance(pose)
+        return {"progress": progress}, ARRIVED if way.straight <= self.arrive else ""

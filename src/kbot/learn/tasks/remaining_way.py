@@ -13,17 +13,18 @@ class RemainingWay:
     def __init__(self, goal: GoalTarget, ways: CostToGo, start: PlanarPose) -> None:
         """`ways` are the lengths of the ways to the goal."""
         self.goal, self._ways = goal, ways
-        self.length = self._length(start)
-        """m, at the last pose."""
+        self.straight, self.length = self._lengths(start)
+        """m to the goal at the last pose: along a straight line, and around obstacles."""
 
     def advance(self, pose: PlanarPose) -> float:
         """By how many m the way has become shorter since the last pose."""
-        before, self.length = self.length, self._length(pose)
+        before = self.length
+        self.straight, self.length = self._lengths(pose)
         return before - self.length
 
-    def _length(self, pose: PlanarPose) -> float:
-        """The length in m of the shortest way; near the goal, of the straight line."""
+    def _lengths(self, pose: PlanarPose) -> tuple[float, float]:
+        """The length of the straight line, and of the shortest way; near the goal, they are the same."""
         straight = self.goal.distance(pose)
         if straight <= 2.0 * self._ways.resolution:
-            return straight
-        return max(straight, self._ways.at_point(pose.x, pose.y))
+            return straight, straight
+        return straight, max(straight, self._ways.at_point(pose.x, pose.y))
