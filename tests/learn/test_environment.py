@@ -1,8 +1,10 @@
 """The Gymnasium environments with one robot."""
 
 import math
+import pickle
 import subprocess
 import sys
+from copy import deepcopy
 
 import gymnasium
 import numpy as np
@@ -273,12 +275,24 @@ def test_pictures_show_the_robot_and_its_goal():
         ({"render_mode": "ansi"}, "render_mode"),
         ({"max_speed": (0.0, 1.0)}, "limits"),
         ({"max_speed": (0.5, 2.0, 1.0)}, "max_speed must be two finite numbers"),
+        ({"properties": [1]}, "properties must be a dict"),
+        ({"packages": 3}, "packages must be folders"),
+        ({"packages": [3]}, "packages must be folders"),
     ],
 )
 def test_wrong_options_are_refused(options, part):
     with pytest.raises(kbot.KbotError) as caught:
         KbotEnv("goal", **options)
     assert part in str(caught.value)
+
+
+def test_a_copy_has_the_options_and_its_own_episode():
+    environment = gymnasium.make("kbot/Goal-v0", world="rooms", properties=LIDAR)
+    environment.reset(seed=1)
+    for copy in (pickle.loads(pickle.dumps(environment)), deepcopy(environment)):
+        with pytest.raises(kbot.KbotError, match="call reset first"):
+            copy.step(copy.action_space.sample())
+        np.testing.assert_array_equal(copy.reset(seed=2)[0], environment.reset(seed=2)[0])
 
 
 def test_unknown_property_is_refused_when_it_is_drawn():

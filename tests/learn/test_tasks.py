@@ -111,6 +111,12 @@ def test_metric_of_the_challenge():
     assert metric(5.0, None) == 0.0
 
 
+@pytest.mark.parametrize(("folder", "part"), [(3, "the path of a folder"), ("", "needs the option folder")])
+def test_a_folder_of_another_type_is_refused(folder, part):
+    with pytest.raises(kbot.KbotError, match=part):
+        make(BARN, folder=folder)
+
+
 def test_another_robot_drives_in_a_world_of_the_challenge(small_barn):
     environment = make(BARN, folder=small_barn, robot="kbot", time_limit=0.5)
     _, info = environment.reset(seed=1)

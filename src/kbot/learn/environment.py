@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -45,6 +47,7 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             raise KbotError(
                 f"render_mode must be one of {', '.join(RENDER_MODES)} or None, not {render_mode!r}"
             )
+        self._make = partial(type(self), task, render_mode, **options)
         self.render_mode = render_mode
         self._episodes = make_episodes(task, options)
         self.interface = self._episodes.interface
@@ -53,6 +56,10 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._picture: Picture | None = None
         self._page: LivePage | None = None
         self._served: Simulation | None = None
+
+    def __reduce__(self) -> tuple[Callable[[], KbotEnv], tuple[()]]:
+        """A copy has the same options, and no episode: a simulation is neither pickled nor copied."""
+        return self._make, ()
 
     @property
     def simulation(self) -> Simulation:

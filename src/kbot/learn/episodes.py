@@ -9,7 +9,7 @@ import math
 import os
 import reprlib
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -156,9 +156,8 @@ class Episodes:
         positive("time_limit in s", options.time_limit, LONGEST)
         if options.pose not in ("ground_truth", "odometry"):
             raise KbotError(f"pose must be 'ground_truth' or 'odometry', not {options.pose!r}")
-        packages = (options.packages,) if isinstance(options.packages, str) else tuple(options.packages)
-        values = tuple(dict(options.properties).items())
-        self._scene = Scene(options.robot, options.world, values, packages)
+        values = tuple(options.properties.items())
+        self._scene = Scene(options.robot, options.world, values, _folders(options.packages))
         self.library = library or Library(task.reach)
         self._stages: OrderedDict[tuple[object, ...], Stage] = OrderedDict()
         nominal = task.scene(self._scene, np.random.default_rng(0))
@@ -376,7 +375,17 @@ def _require_kinds(options: Options) -> None:
         raise KbotError(f"reverse must be True or False, not {options.reverse!r}")
     if options.lidar is not None and not isinstance(options.lidar, int | np.integer):
         raise KbotError(f"lidar must be a whole number of directions, not {options.lidar!r}")
+    if not isinstance(options.properties, Mapping):
+        raise KbotError(f"properties must be a dict of values by name, not {options.properties!r}")
     positive("reach in m", options.reach, LONGEST)
+
+
+def _folders(packages: object) -> tuple[str, ...]:
+    """The option `packages`, which may also be one folder. Raises KbotError: it is something else."""
+    listed = (packages,) if isinstance(packages, str | os.PathLike) else packages
+    if not isinstance(listed, Sequence) or not all(isinstance(each, str | os.PathLike) for each in listed):
+        raise KbotError(f"packages must be folders, not {packages!r}")
+    return tuple(os.fspath(each) for each in listed)
 
 
 def _require_seeds(seeds: object) -> tuple[int, int]:

@@ -41,7 +41,7 @@ class BarnTask(Task):
 
     The robot is by default the challenge's, with its speeds and its time limit.
 
-    folder  with the challenge's `worlds.json`, and its robot in `jackal_description`
+    folder  with `worlds.json`, and the challenge's robot in `jackal_description`
     worlds  numbers of the worlds; by default all
     arrive  distance in m from the goal at which the robot has arrived
     """
@@ -59,7 +59,9 @@ class BarnTask(Task):
     def __post_init__(self) -> None:
         self.arrive = require_length("arrive", self.arrive)
         if not self.folder:
-            raise KbotError("kbot/Barn-v0 needs the option folder: that of the challenge's worlds.json")
+            raise KbotError("kbot/Barn-v0 needs the option folder: the folder with worlds.json")
+        if not isinstance(self.folder, str | os.PathLike):
+            raise KbotError(f"folder must be the path of a folder, not {self.folder!r}")
         known = read_barn_worlds(os.fspath(self.folder))
         names = list(known) if self.worlds is None else [str(number) for number in self.worlds]
         for name in names:
