@@ -75,6 +75,12 @@ def test_an_objective_that_is_the_only_dimension_has_no_sensitivity(tmp_path: Pa
     assert "Sensitivity" not in headings(text)
 
 
+def test_a_dimension_that_is_an_objective_names_its_better_end(tmp_path: Path) -> None:
+    text = report(tmp_path, Objective("wheel_radius", is_maximum=True), Objective("energy"))
+    for hint in ("higher is better", "lower is better"):
+        assert f">{hint}</text>" in text
+
+
 def test_a_report_with_one_objective(tmp_path: Path) -> None:
     text = report(tmp_path, Objective("energy", is_maximum=True))
     assert headings(text) == ["Best design", "Parallel coordinates", "Sensitivity", "Failed runs", "Designs"]

@@ -94,11 +94,13 @@ class _Report:
         self._designs = list(sweep.designs())
         self._best = {design.number: index for index, design in enumerate(sweep.best())}
         units = _units(sweep)
+        hints = {e.name: "higher is better" if e.is_maximum else "lower is better" for e in plan.objectives}
         self._dimensions = [
             _Column(
                 each.name,
                 units.get(each.name, ""),
                 tuple(map(str, each.domain.samples())) if each.kind is str else (),
+                hints.get(each.name, ""),  # a dimension may be an objective
             )
             for each in plan.space.dimensions
         ]
@@ -106,11 +108,11 @@ class _Report:
             _Column(
                 each.name,
                 find_measure(each.name).unit if is_measure(each.name) else units.get(each.name, ""),
-                hint="higher is better" if each.is_maximum else "lower is better",
+                hint=hints[each.name],
             )
             for each in plan.objectives
         ]
-        names = {each.name for each in self._dimensions}  # a dimension may be an objective
+        names = {each.name for each in self._dimensions}
         self._columns = [*self._dimensions, *(each for each in self._objectives if each.name not in names)]
         self._measured = [
             design for design in self._designs if not any(map(math.isnan, design.objectives.values()))
@@ -179,7 +181,7 @@ class _Report:
         if self._objectives:
             legend += (
                 f" Its colour is {self._objectives[0].name}: blue is best, orange is worst. "
-                "Black or white: the best designs. Red: designs with a failed run."
+                "Black, or white on a dark page: the best designs. Red: designs with a failed run."
             )
         caption = f"<figcaption>{escaped(legend + self._sampled())}</figcaption>"
         figure = f"<figure>{parallel_svg(axes, lines)}{caption}</figure>"
