@@ -1,6 +1,7 @@
 """Tests reading files with clear errors, and writing files completely or not at all."""
 
 import codecs
+import gzip
 import os
 import stat
 import tempfile
@@ -167,6 +168,13 @@ def test_a_read_only_file_is_not_changed(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(KbotError, match="cannot be written: Permission denied"):
         rewrite({str(path): ("old", "new")})
     assert path.read_text() == "old"
+
+
+def test_a_compressed_file_is_named_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xacro"
+    path.write_bytes(gzip.compress(b'<robot name="r"/>'))
+    assert code(path) == "F005"
+    assert "is compressed with gzip. Decompress it first" in message(path)
 
 
 @pytest.mark.parametrize("name", ["us-ascii", "UTF-8"])

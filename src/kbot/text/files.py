@@ -109,6 +109,9 @@ def _canonical(name: str) -> str:
 MAX_BYTES = 32 * 1024 * 1024
 """Size of the largest text file that is read."""
 
+_GZIP = b"\x1f\x8b"
+"""The first bytes of a file that is compressed with gzip (RFC 1952)."""
+
 _STDIN = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+", re.ASCII)
 _DRIVE = re.compile(r"/[A-Za-z]:[/\\]")
 _NONBLOCKING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
@@ -209,6 +212,8 @@ def read_source(
             raise _unreadable(name, "F004", f"{name} is larger than {max_bytes} bytes") from None
         reason = getattr(error, "strerror", None) or str(error)
         raise _unreadable(name, "F003", f"{name} cannot be read: {reason}") from None
+    if data.startswith(_GZIP):
+        raise _unreadable(name, "F005", f"{name} is compressed with gzip. Decompress it first: gunzip {name}")
     try:
         return Source(name, decode(data))
     except BadEncoding as error:
