@@ -155,6 +155,13 @@ def test_a_reference_of_translation_shows_everything(tmp_path, rng):
     assert not hidden(found)
 
 
+def test_displacements_in_millimetres_and_degrees_are_reported(tmp_path, rng):
+    table = rows(Truth(), speeds(Truth(), 200, rng), rng, slip=0.01, noise=(0.001, 0.001))
+    table[:, 3:6] *= (1000.0, 1000.0, np.degrees(1.0))
+    with pytest.raises(KbotError, match=r"m apart, not the .* of the file\. It must be in m and rad"):
+        identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+
+
 @pytest.mark.parametrize(
     ("change", "expected"),
     [

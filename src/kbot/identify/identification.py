@@ -27,7 +27,7 @@ _WIDEST = 0.5
 """Half the width of the widest interval of a parameter that the log shows: relative to the wheel's radius, to
 the wheel separation (also for the sensor's position), or in rad."""
 _FACTOR = 20.0
-"""Ratio of wheel radii that are not of the same robot: the reference or the units are wrong."""
+"""Ratio of wheel radii or separations of different robots: the reference or the units are wrong."""
 _NEGLIGIBLE = np.array([1e-4, 1e-4, 1e-3])
 """Errors in m, m and rad below which an outlier is not a slip or a collision. In a recording of KBot without
 noise, a difference of a time stamp in the last digit makes an outlier."""
@@ -190,6 +190,13 @@ def _require_plausible(log: DriveLog, found: KinematicFit, nominal: Nominal) -> 
         raise KbotError(
             f"{log.path}: the reference moves as if the wheels had a radius of {mean:.3g} m, not the "
             f"{usual:.3g} m of the file. If the robot is stuck or its wheels spin, cut these parts of the log"
+        )
+    curvature, usual = float(found.parameters[CURVATURE]), nominal.drive.separation
+    is_known = found.half_widths[CURVATURE] < curvature
+    if is_known and not usual / _FACTOR < 1.0 / curvature < usual * _FACTOR:
+        raise KbotError(
+            f"{log.path}: the reference moves as if the wheels were {1.0 / curvature:.3g} m apart, not the "
+            f"{usual:.3g} m of the file. It must be in m and rad"
         )
 
 
