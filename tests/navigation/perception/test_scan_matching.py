@@ -1,5 +1,6 @@
 """Matched scans show how the robot moved, and whether it is where it was."""
 
+import itertools
 import math
 
 import numpy as np
@@ -50,6 +51,32 @@ def test_along_a_corridor_the_prediction_decides():
     match = _match(PlanarPose(0.2, 0.0, 0.0), PlanarPose(0.1, 0.02, 0.0), CORRIDOR)
     assert match.pose.x == pytest.approx(0.1, abs=0.02)
     assert match.pose.y == pytest.approx(0.0, abs=0.005)
+
+
+def _post(x, y, radius, sides=180):
+    corners = [
+        (x + radius * math.cos(a), y + radius * math.sin(a)) for a in np.linspace(0.0, 2.0 * math.pi, sides)
+    ]
+    return list(itertools.pairwise(corners))
+
+
+def test_around_a_single_post_the_prediction_decides():
+    post = _post(0.8, -0.4, 0.2)
+    matcher, estimate, true = ScanMatcher(), PlanarPose(), PlanarPose()
+    for number in range(40):  # past the post, with exact wheels
+        points = _scan(true, post, noise=0.0, seed=number)
+        match = matcher.match(points, estimate, False)
+        if match is not None:
+            estimate = match.pose
+            matcher.renew(points, match)
+        true, estimate = true @ PlanarPose(0.04, 0.0, 0.0), estimate @ PlanarPose(0.04, 0.0, 0.0)
+    assert math.hypot(estimate.x - true.x, estimate.y - true.y) < 0.02
+    assert estimate.yaw == pytest.approx(true.yaw, abs=0.02)
+
+
+def test_a_single_post_shows_a_motion_towards_it():
+    match = _match(PlanarPose(0.05, 0.0, 0.0), PlanarPose(0.03, 0.0, 0.0), _post(0.8, 0.0, 0.2))
+    assert match.pose.x == pytest.approx(0.05, abs=0.005)
 
 
 def test_a_push_is_found_in_a_wider_range():

@@ -132,9 +132,12 @@ class ScanMatcher:
 def _lines(points: Points, pose: PlanarPose) -> _Reference:
     """The lines through the points of a scan, in the order of its beams."""
     step = 2
-    along = np.roll(points, -step, axis=0) - np.roll(points, step, axis=0)
+    after, before = np.roll(points, -step, axis=0), np.roll(points, step, axis=0)
+    along = after - before
     length = np.hypot(along[:, 0], along[:, 1])
-    is_line = (length > 1e-6) & (length < 2.0 * _LINE)
+    turned = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    # from the last point to the first, the beams turn back, unless there are points all around
+    is_line = (length > 1e-6) & (length < 2.0 * _LINE) & (turned * np.median(turned) > 0.0)
     normals = np.stack([-along[:, 1], along[:, 0]], axis=1)[is_line] / length[is_line, None]
     every = max(1, math.ceil(int(is_line.sum()) / _MOST_REFERENCES))
     spacing = every * length[is_line][::every] / (2.0 * step)
