@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -22,5 +24,9 @@ def test_the_tables_are_those_of_the_code() -> None:
 
 
 @pytest.mark.parametrize("block", BLOCKS)
-def test_blocks_run(block: str) -> None:
+def test_blocks_run(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "barn").mkdir()
+    world = {"rows": ["#" * 30, "#" + "." * 28 + "#", "#" * 30], "path": [[-2.25, 3.0], [-2.25, 13.0]]}
+    (tmp_path / "barn" / "worlds.json").write_text(json.dumps({"7": world}))
+    monkeypatch.chdir(tmp_path)
     exec(compile("import gymnasium, kbot\n" + block, str(PAGE), "exec"), {})

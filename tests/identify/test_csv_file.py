@@ -94,7 +94,7 @@ BAD = {
     "infinity": (f"{HEADER}\n1,1,1,inf,0,0", ":2:7: displacement_x is inf"),
     "tabs": (f"{HEADER}\n1,1,1,1,0,0".replace(",", "\t"), ":1:1: the columns are separated by tabs"),
     "no duration": (f"{HEADER}\n0,1,1,1,0,0", ":2:1: the duration must be above 0 s"),
-    "few rows": (f"{HEADER}\n1,1,1,1,0,0", " has 1 intervals with wheel speeds and a reference"),
+    "few rows": (f"{HEADER}\n1,1,1,1,0,0", " has wheel speeds and a reference in too few intervals: 1"),
     "no motion": (HEADER + "\n1,0,0,0,0,0" * 9, " shows no motion: the wheels do not turn"),
     "a lifted robot": (HEADER + "\n1,1,1,0,0,0" * 9, ": the wheels turn, but the reference does not move"),
     "empty reference": (HEADER + "\n1,1,1,,," * 9, " has no reference: the cells"),

@@ -81,7 +81,7 @@ RANDOM = {
     "options",
     [
         {"world": "rooms", "properties": LIDAR},
-        {"world": "boxes:seed={seed}", "world_seeds": (1, 3), "randomise": RANDOM},
+        {"world": "boxes:seed={seed}", "world_seeds": (1, 3), "properties": LIDAR, "randomise": RANDOM},
     ],
 )
 def test_a_seed_gives_the_same_bytes_also_after_other_episodes(options):
@@ -268,6 +268,8 @@ def test_pictures_show_the_robot_and_its_goal():
         ({"rewards": {"progres": 1.0}}, "did you mean 'progress'"),
         ({"rewards": {"progress": math.nan}}, "finite"),
         ({"world_seeds": (5, 1)}, "world_seeds"),
+        ({"world": "rooms", "world_seeds": (1, 3)}, "write {seed} in world"),
+        ({"randomise": {"noise": {"lidar": 0.01}}}, "the policy sees no lidar"),
         ({"randomise": {"frction": 1.0}}, "did you mean 'friction'"),
         ({"randomise": {"friction": (1.0, 0.5)}}, "friction"),
         ({"randomise": {"noise": {"lidars": 1.0}}}, "did you mean 'lidar'"),

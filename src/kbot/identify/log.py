@@ -133,8 +133,8 @@ def motions_of(log: DriveLog) -> Motions:
     )
     if len(found) < FEWEST_MOTIONS:
         raise KbotError(
-            f"{log.path} has {len(found)} intervals with wheel speeds and a reference. Identification needs "
-            f"at least {FEWEST_MOTIONS}"
+            f"{log.path} has wheel speeds and a reference in too few intervals: {len(found)}. Identification "
+            f"needs at least {FEWEST_MOTIONS}"
         )
     _require_motion(log, found)
     return found

@@ -18,7 +18,7 @@ import numpy as np
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.inputs import PolicyInterface
 from kbot.learn.option_checks import require_range
-from kbot.learn.randomisation import Deviations, Drawn, Randomisation, require_friction
+from kbot.learn.randomisation import NONE, Deviations, Drawn, Randomisation, require_friction
 from kbot.learn.robot_interface import REACH, policy_interface
 from kbot.learn.stage import MOST_KEPT, SEED, Library, Scene, Stage
 from kbot.learn.targets import Target
@@ -148,7 +148,7 @@ class Episodes:
         self._randomisation = Randomisation.of(options.randomise)
         self.weights = _weights(task, options.rewards)
         """The weight of each term of the reward, by name."""
-        self._seeds = _require_seeds(options.world_seeds)
+        self._seeds = _require_seeds(options)
         positive("timestep in s", options.timestep, _LONGEST_STEP)
         self.steps_per_action = _require_rate(options.rate, options.timestep)
         self.period = self.steps_per_action * options.timestep
@@ -165,6 +165,8 @@ class Episodes:
         self.interface = self._interface_of(self.stage)
         if self._randomisation.friction is not None:
             require_friction(self.stage.simulation)
+        if self._randomisation.noise.lidar != NONE and self.interface.lidar is None:
+            raise KbotError("noise of the lidar has no effect: the policy sees no lidar. Remove it")
         self._faults: list[int] = []
         self._drawn = Drawn(None, Deviations(), 0.0)
         self._is_noisy = False
@@ -388,10 +390,14 @@ def _folders(packages: object) -> tuple[str, ...]:
     return tuple(os.fspath(each) for each in listed)
 
 
-def _require_seeds(seeds: object) -> tuple[int, int]:
+def _require_seeds(options: Options) -> tuple[int, int]:
+    seeds = options.world_seeds
     low, high = require_range("world_seeds", seeds, 0, _MOST_SEEDS)
     if low != int(low) or high != int(high):
         raise KbotError(f"world_seeds must be two whole numbers, not {seeds!r}")
+    has_seed = isinstance(options.world, str) and SEED in options.world
+    if seeds != Options.world_seeds and not has_seed:
+        raise KbotError(f"world_seeds has no effect: write {SEED} in world, as in 'rooms:seed={SEED}'")
     return int(low), int(high)
 
 
