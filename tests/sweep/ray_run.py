@@ -34,7 +34,7 @@ def main(address: str, out: str) -> None:
     folder.mkdir()
     with (
         Journal(folder / "runs.jsonl", plan.runs) as journal,
-        RayCluster(parse_place(address), 1, versions=plan.versions, not_sent=[out]) as cluster,
+        RayCluster(parse_place(address), versions=plan.versions, not_sent=[out]) as cluster,
     ):
         Sweep(plan, journal, folder).run(cluster, dot)
 
