@@ -108,6 +108,17 @@ def test_the_simulation_agrees_better_afterwards(log, tmp_path, capsys):
     assert f"{after.distance:.3g} m and" in capsys.readouterr().out
 
 
+def test_drives_that_end_farther_from_the_log_are_reported(tmp_path, capsys):
+    truth = Truth(0.0395, 0.041, 0.2, 0.1, 0.0, 0.0)  # the mean is right, but the wheels differ by 4 %
+    rng = np.random.default_rng(5)
+    table = rows(truth, speeds(truth, 300, rng), rng, slip=0.005, noise=(0.0005, 0.001))
+    log = str(write(tmp_path / "unequal.csv", DISPLACEMENTS, table))
+    fixed(log, robot(tmp_path, SHARED, PLUGIN))
+    out = capsys.readouterr().out
+    assert "not written: the difference between the wheels (0.981" in out
+    assert "the drives end farther from the log than before: see what is not written" in out
+
+
 def test_multipliers_of_a_controller_are_written(log, tmp_path, capsys):
     (tmp_path / "controllers.yaml").write_text(
         "controller_manager:\n  ros__parameters:\n    drive:\n      type: diff_drive_controller/DiffDriveController\n"

@@ -189,3 +189,5 @@ def _write(
         f"the log, before {ran.distance:.3g} m and {ran.angle:.3g} rad (median of {ran.drives})",
         err=to_stderr,
     )
+    if fixed.distance > ran.distance:
+        click.echo("the drives end farther from the log than before: see what is not written", err=to_stderr)
