@@ -28,7 +28,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from kbot.learn.barn_worlds import (
+from kbot.learn.environments.tasks.barn_worlds import (
     ARRIVE,
     GOAL,
     MAX_SPEED,

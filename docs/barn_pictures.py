@@ -17,7 +17,7 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from kbot.kinematics import PlanarPose
-from kbot.learn.barn_worlds import read_barn_worlds
+from kbot.learn.environments.tasks.barn_worlds import read_barn_worlds
 from kbot.render.path_plot import INK, LEFT, SIZE, TOP, WHITE, draw
 
 FILE = Path(__file__).parent / "reference" / "images" / "barn_worst.png"

@@ -11,13 +11,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 
-from kbot.learn.episodes import Options
-from kbot.learn.inputs import PolicyInterface, Sectors
-from kbot.learn.randomisation import NoiseRanges, Randomisation
-from kbot.learn.registration import ENVIRONMENTS
-from kbot.learn.targets import Field
-from kbot.learn.tasks import TASKS
-from kbot.learn.tasks.task import COMMON_REWARDS, OUTCOMES, Reward
+from kbot.learn.environments.episodes import Options
+from kbot.learn.environments.randomisation import NoiseRanges, Randomisation
+from kbot.learn.environments.registration import ENVIRONMENTS
+from kbot.learn.environments.tasks import TASKS
+from kbot.learn.environments.tasks.task import COMMON_REWARDS, OUTCOMES, Reward
+from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
+from kbot.learn.interface.targets import Field
 
 PAGE = Path(__file__).parent / "reference" / "learning.md"
 BEGIN, END = "<!-- written by docs/learning_tables.py -->\n", "<!-- end -->\n"

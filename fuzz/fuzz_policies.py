@@ -9,7 +9,7 @@ from choices import Choices
 from edits import edited
 from onnx import TensorProto, helper, numpy_helper
 
-from kbot.learn.network import LIMITS, Network, check
+from kbot.learn.policies.network import LIMITS, Network, check
 from kbot.text import KbotError
 from kbot.worker.worker import Worker
 

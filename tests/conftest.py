@@ -96,8 +96,8 @@ def straight_policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     import numpy as np
     from onnx import TensorProto, helper, numpy_helper
 
-    from kbot.learn.inputs import PolicyInterface, Sectors
-    from kbot.learn.policy import save_policy
+    from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
+    from kbot.learn.policies.policy import save_policy
 
     interface = PolicyInterface("goal", linear=(0.0, 0.6), angular=(-2.0, 2.0), lidar=Sectors(4))
     names = [field.name for field in interface.inputs]

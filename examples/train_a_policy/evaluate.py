@@ -12,8 +12,8 @@ import gymnasium
 import numpy as np
 import task
 
-from kbot.learn.inputs import PolicyInterface, Vector
-from kbot.learn.policy import Policy
+from kbot.learn.interface.policy_interface import PolicyInterface, Vector
+from kbot.learn.policies.policy import Policy
 
 Drive = Callable[[Vector], Vector]
 

@@ -46,6 +46,6 @@ class _Finder:
 
 
 def _register() -> None:
-    from kbot.learn.registration import register
+    from kbot.learn.environments.registration import register
 
     register()

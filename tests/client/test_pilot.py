@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import kbot
-from kbot.learn.policy import Policy, PolicyController
+from kbot.learn.policies.policy import Policy, PolicyController
 from kbot.messages import Twist
 from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
 from kbot.record.run_outputs import RunOutputs

@@ -7,8 +7,8 @@ import pytest
 
 import kbot
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.policy import Policy
-from kbot.learn.policy_driving import policy_goals
+from kbot.learn.policies.driving import policy_goals
+from kbot.learn.policies.policy import Policy
 from kbot.messages import String
 from kbot.messages.navigation import OccupancyGrid
 from kbot.navigation.goals.goal_options import GoalOptions

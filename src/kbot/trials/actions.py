@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.learn.policy import ARRIVE, Policy
+from kbot.learn.policies.policy import ARRIVE, Policy
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import Fault
 from kbot.sim.numbers import Vector

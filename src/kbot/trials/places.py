@@ -6,7 +6,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from kbot.learn.policy import Policy
+from kbot.learn.policies.policy import Policy
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 from kbot.extensions import program_runner
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.policy import Policy
-from kbot.learn.policy_driving import policy_goals
+from kbot.learn.policies.driving import policy_goals
+from kbot.learn.policies.policy import Policy
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, resolve_robot_path
 from kbot.navigation.goal_status import GoalState

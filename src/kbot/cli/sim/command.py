@@ -37,7 +37,7 @@ from kbot.text.files import write_bytes
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
-    from kbot.learn.policy import Policy
+    from kbot.learn.policies.policy import Policy
     from kbot.model.load import Loaded
     from kbot.navigation import Goals
     from kbot.navigation.goals.goal_options import GoalOptions
@@ -114,7 +114,7 @@ class _RunOptions:
         if self.policy is None:
             return None
         with loading(self.policy):
-            from kbot.learn.policy import Policy  # imported lazily, so that -h stays fast
+            from kbot.learn.policies.policy import Policy  # imported lazily, so that -h stays fast
 
             return Policy.read(self.policy)
 
@@ -405,15 +405,15 @@ def _serve(
 
 
 def _goals_with(policy: Policy, arrive: float | None) -> Callable[[Simulation], Goals]:
-    from kbot.learn.policy import ARRIVE
-    from kbot.learn.policy_driving import policy_goals
+    from kbot.learn.policies.driving import policy_goals
+    from kbot.learn.policies.policy import ARRIVE
 
     return lambda simulation: policy_goals(simulation, policy, ARRIVE if arrive is None else arrive)
 
 
 def _note_if_unfit(policy: Policy, simulation: Simulation) -> None:
     """Print why the policy cannot drive this robot. The page refuses goals until an edited robot fits."""
-    from kbot.learn.policy_driving import fitted
+    from kbot.learn.policies.driving import fitted
 
     try:
         fitted(policy, simulation)

@@ -13,7 +13,7 @@ from kbot.cli.sim.headless import ProgressLine
 
 if TYPE_CHECKING:
     from kbot.kinematics import PlanarPose
-    from kbot.learn.policy import Policy
+    from kbot.learn.policies.policy import Policy
     from kbot.navigation import Trip
     from kbot.navigation.goals.goal_options import GoalOptions
     from kbot.sim import Simulation
@@ -108,8 +108,8 @@ def _without_map(simulation: Simulation, request: GotoRequest) -> Trip:
 
 
 def _with_policy(simulation: Simulation, request: GotoRequest, policy: Policy) -> Trip:
-    from kbot.learn.policy import ARRIVE
-    from kbot.learn.policy_driving import go_to_with_policy
+    from kbot.learn.policies.driving import go_to_with_policy
+    from kbot.learn.policies.policy import ARRIVE
 
     arrive = ARRIVE if request.options.arrive is None else request.options.arrive
     return go_to_with_policy(simulation, policy, request.goal, arrive=arrive, timeout=request.timeout)

@@ -15,7 +15,7 @@ def register() -> None:
         if name not in registry:
             register_environment(
                 name,
-                entry_point="kbot.learn.environment:KbotEnv",
-                vector_entry_point="kbot.learn.vector_environment:KbotVectorEnv",
+                entry_point="kbot.learn.environments.environment:KbotEnv",
+                vector_entry_point="kbot.learn.environments.vector_environment:KbotVectorEnv",
                 kwargs={"task": task},
             )

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.learn.episodes import Episodes, make_episodes
-from kbot.learn.picture import Picture
+from kbot.learn.environments.episodes import Episodes, make_episodes
+from kbot.learn.environments.picture import Picture
 
 Info = dict[str, Any]  # values of many types
 NEXT_STEP, SAME_STEP, DISABLED = "NextStep", "SameStep", "Disabled"

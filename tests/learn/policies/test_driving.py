@@ -9,11 +9,11 @@ import pytest
 
 import kbot
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.inputs import PolicyInterface, Sectors
-from kbot.learn.network import read_network
-from kbot.learn.policy import Policy
-from kbot.learn.policy_driving import fitted, go_to_with_policy, policy_goals
-from kbot.learn.robot_interface import policy_interface
+from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
+from kbot.learn.interface.robot_interface import policy_interface
+from kbot.learn.policies.driving import fitted, go_to_with_policy, policy_goals
+from kbot.learn.policies.network import read_network
+from kbot.learn.policies.policy import Policy
 from kbot.model.load import load_robot_text
 from kbot.model.writer import to_urdf
 from kbot.text import KbotError

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
-from kbot.learn.places import Places
+from kbot.learn.environments.places import Places
 from kbot.model import RobotModel
 from kbot.navigation.simulated.lidars import level_lidar
 from kbot.robot import Value, load

@@ -16,13 +16,13 @@ from contextlib import suppress
 from typing import IO, Any
 from weakref import finalize
 
-from kbot.learn.group import Group
-from kbot.learn.inputs import PolicyInterface
+from kbot.learn.environments.group import Group
+from kbot.learn.interface.policy_interface import PolicyInterface
 from kbot.text import KbotError
 
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]);"
-    " from kbot.learn.group_process import main; main()"
+    " from kbot.learn.environments.group_process import main; main()"
 )
 _ENDED = "a process of the vector environment ended: see what it printed, and create the environment again"
 

@@ -8,8 +8,8 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from kbot.learn import network
-from kbot.learn.network import check, open_session, read_network, with_metadata
+from kbot.learn.policies import network
+from kbot.learn.policies.network import check, open_session, read_network, with_metadata
 from kbot.text import KbotError
 
 from .networks import FLOAT, linear, model

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kbot.learn.targets import TARGET_FIELDS, Field, Target
+from kbot.learn.interface.targets import TARGET_FIELDS, Field, Target
 from kbot.messages import Twist, Vector3
 from kbot.navigation.controller import Observation
 from kbot.text import KbotError

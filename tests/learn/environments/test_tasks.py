@@ -9,7 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import kbot
-from kbot.learn.barn_worlds import metric, read_barn_worlds
+from kbot.learn.environments.tasks.barn_worlds import metric, read_barn_worlds
 
 FOLLOW, BARN = "kbot/Follow-v0", "kbot/Barn-v0"
 PATH = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.6)]

@@ -10,8 +10,8 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.stage import Scene, Stage
-from kbot.learn.targets import Target
+from kbot.learn.environments.stage import Scene, Stage
+from kbot.learn.interface.targets import Target
 from kbot.text import KbotError
 
 T = TypeVar("T")

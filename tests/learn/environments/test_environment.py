@@ -12,8 +12,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import kbot
-from kbot.learn.environment import KbotEnv
-from kbot.learn.targets import GoalTarget
+from kbot.learn.environments.environment import KbotEnv
+from kbot.learn.interface.targets import GoalTarget
 from kbot.navigation.simulated.lidars import LidarPoints, level_lidar
 from kbot.navigation.simulated.pilot import Pilot
 

@@ -9,9 +9,9 @@ import pytest
 
 import kbot
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
-from kbot.learn.inputs import PolicyInterface, Sectors
-from kbot.learn.robot_interface import policy_interface
-from kbot.learn.targets import GoalTarget, PathTarget
+from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
+from kbot.learn.interface.robot_interface import policy_interface
+from kbot.learn.interface.targets import GoalTarget, PathTarget
 from kbot.navigation.controller import Observation
 from kbot.navigation.path import Path
 
@@ -203,6 +203,6 @@ def test_lidar_sectors_without_a_lidar_are_refused():
 def test_inputs_need_neither_gymnasium_nor_onnxruntime():
     code = (
         "import sys; sys.modules['gymnasium'] = sys.modules['onnxruntime'] = None;"
-        "import kbot.learn.inputs, kbot.learn.robot_interface"
+        "import kbot.learn.interface.policy_interface, kbot.learn.interface.robot_interface"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

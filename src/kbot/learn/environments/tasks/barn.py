@@ -11,7 +11,9 @@ from typing import ClassVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.barn_worlds import (
+from kbot.learn.environments.option_checks import require_length
+from kbot.learn.environments.stage import Scene, Stage
+from kbot.learn.environments.tasks.barn_worlds import (
     ARRIVE,
     GOAL,
     MAX_SPEED,
@@ -22,12 +24,10 @@ from kbot.learn.barn_worlds import (
     metric,
     read_barn_worlds,
 )
-from kbot.learn.option_checks import require_length
-from kbot.learn.stage import Scene, Stage
-from kbot.learn.targets import GoalTarget
-from kbot.learn.tasks.goal import PROGRESS
-from kbot.learn.tasks.remaining_way import RemainingWay
-from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
+from kbot.learn.environments.tasks.goal import PROGRESS
+from kbot.learn.environments.tasks.remaining_way import RemainingWay
+from kbot.learn.environments.tasks.task import ARRIVED, Reward, Start, Task, require_started
+from kbot.learn.interface.targets import GoalTarget
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from kbot.kinematics.drive.drive import NoDrive
-from kbot.learn.inputs import PolicyInterface, Sectors
+from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
 from kbot.navigation.controller import GENTLE
 from kbot.navigation.simulated.lidars import base_from_lidar, level_lidar
 from kbot.navigation.simulated.motion_limits import motion_limits

@@ -10,10 +10,10 @@ from typing import ClassVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.option_checks import LONGEST, require_length, require_range
-from kbot.learn.stage import Stage
-from kbot.learn.targets import PathTarget
-from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
+from kbot.learn.environments.option_checks import LONGEST, require_length, require_range
+from kbot.learn.environments.stage import Stage
+from kbot.learn.environments.tasks.task import ARRIVED, Reward, Start, Task, require_started
+from kbot.learn.interface.targets import PathTarget
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.inputs import PolicyInterface, Vector
-from kbot.learn.network import MOST_BYTES, Network, open_session, read_network, run, with_metadata
-from kbot.learn.targets import GoalTarget
+from kbot.learn.interface.policy_interface import PolicyInterface, Vector
+from kbot.learn.interface.targets import GoalTarget
+from kbot.learn.policies.network import MOST_BYTES, Network, open_session, read_network, run, with_metadata
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.goal_checks import require_goal
@@ -79,7 +79,8 @@ class Policy:
         """The interface. Raises KbotError: the file does not describe it."""
         if self.interface is None:
             raise KbotError(
-                "the policy's file does not describe its inputs. Write it with kbot.learn.policy.save_policy"
+                "the policy's file does not describe its inputs. Write it with"
+                " kbot.learn.policies.policy.save_policy"
             )
         return self.interface
 

@@ -16,14 +16,11 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.inputs import PolicyInterface
-from kbot.learn.option_checks import require_range
-from kbot.learn.randomisation import NONE, Deviations, Drawn, Randomisation, require_friction
-from kbot.learn.robot_interface import REACH, policy_interface
-from kbot.learn.stage import MOST_KEPT, SEED, Library, Scene, Stage
-from kbot.learn.targets import Target
-from kbot.learn.tasks import TASKS
-from kbot.learn.tasks.task import (
+from kbot.learn.environments.option_checks import require_range
+from kbot.learn.environments.randomisation import NONE, Deviations, Drawn, Randomisation, require_friction
+from kbot.learn.environments.stage import MOST_KEPT, SEED, Library, Scene, Stage
+from kbot.learn.environments.tasks import TASKS
+from kbot.learn.environments.tasks.task import (
     ARRIVED,
     COLLIDED,
     COMMON_REWARDS,
@@ -34,6 +31,9 @@ from kbot.learn.tasks.task import (
     Task,
     require_started,
 )
+from kbot.learn.interface.policy_interface import PolicyInterface
+from kbot.learn.interface.robot_interface import REACH, policy_interface
+from kbot.learn.interface.targets import Target
 from kbot.messages.clock import NANOSECONDS
 from kbot.model import RobotModel
 from kbot.navigation.controller import Observation

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
-from kbot.learn.inputs import PolicyInterface, Sectors
-from kbot.learn.network import read_network, with_metadata
-from kbot.learn.policy import INTERFACE_KEY, Policy, PolicyController, policy_of, save_policy
+from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
+from kbot.learn.policies.network import read_network, with_metadata
+from kbot.learn.policies.policy import INTERFACE_KEY, Policy, PolicyController, policy_of, save_policy
 from kbot.navigation import Observation
 from kbot.text import KbotError
 

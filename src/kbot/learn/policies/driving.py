@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import Literal
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.inputs import Sectors
-from kbot.learn.policy import ARRIVE, SILENCE, Policy, PolicyController
-from kbot.learn.robot_interface import policy_interface, view
-from kbot.learn.targets import GoalTarget
+from kbot.learn.interface.policy_interface import Sectors
+from kbot.learn.interface.robot_interface import policy_interface, view
+from kbot.learn.interface.targets import GoalTarget
+from kbot.learn.policies.policy import ARRIVE, SILENCE, Policy, PolicyController
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.goal_status import GoalReport, GoalState

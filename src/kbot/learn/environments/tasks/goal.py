@@ -10,11 +10,11 @@ from typing import ClassVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.option_checks import LONGEST, require_length, require_range
-from kbot.learn.stage import Stage
-from kbot.learn.targets import GoalTarget
-from kbot.learn.tasks.remaining_way import RemainingWay
-from kbot.learn.tasks.task import ARRIVED, Reward, Start, Task, require_started
+from kbot.learn.environments.option_checks import LONGEST, require_length, require_range
+from kbot.learn.environments.stage import Stage
+from kbot.learn.environments.tasks.remaining_way import RemainingWay
+from kbot.learn.environments.tasks.task import ARRIVED, Reward, Start, Task, require_started
+from kbot.learn.interface.targets import GoalTarget
 from kbot.text import KbotError
 
 PROGRESS = Reward(1.0, "m by which the shortest way to the goal around obstacles became shorter")

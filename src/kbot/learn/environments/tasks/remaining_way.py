@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.targets import GoalTarget
+from kbot.learn.interface.targets import GoalTarget
 from kbot.navigation.space.cost_to_go import CostToGo
 
 

@@ -1,0 +1,1 @@
+"""Policies from ONNX files, and how they drive a robot."""
