@@ -23,7 +23,7 @@ SCHEMA = 1
 class Plan:
     """What a sweep runs.
 
-    robot       as the user named it, with the values that do not vary
+    robot       the file as the user named it, with the arguments and properties that do not vary
     space       what varies
     trials      the runs of one design: each scenario with each of its seeds
     objectives  what is minimised or maximised
@@ -51,23 +51,20 @@ class Plan:
         """What a run executes, with the values of its design."""
         task = self.trials[run % len(self.trials)]
         scenario, seed = task.scenario, task.seed
-        arguments, properties, keys = dict(self.robot.arguments), dict(self.robot.properties), dict(task.keys)
-        world = scenario.world
-        for dimension, value in zip(self.space.dimensions, values, strict=True):
-            name, _, part = dimension.name.partition(".")
-            if dimension.target is Target.ARGUMENT:
-                arguments[name] = str(value)
-            elif dimension.target is Target.PROPERTY:
-                properties[name] = str(value)
-            elif dimension.target is Target.WORLD:
+        world, keys = scenario.world, dict(task.keys)
+        varied = list(zip(self.space.dimensions, values, strict=True))
+        # the world is chosen before its parameters are set
+        for dimension, value in sorted(varied, key=lambda each: each[0].target is not Target.WORLD):
+            part = dimension.name.partition(".")[2]
+            if dimension.target is Target.WORLD:
                 world = str(value)
             elif dimension.target is Target.WORLD_PARAMETER:
                 world = world_with_parameter(world, part, value)
             elif dimension.target is Target.SEED:
                 seed = int(value)
-            else:
+            elif dimension.target is Target.SCENARIO:
                 keys[part] = value
-        robot = replace(self.robot, arguments=arguments, properties=properties)
+        robot = design_robot(self.robot, self.space, values)
         return replace(task, scenario=replace(scenario, robot=robot, world=world), seed=seed, keys=keys)
 
     def row(self, run: int, values: Values, result: TrialResult) -> Row:
@@ -96,9 +93,10 @@ class Plan:
 
     def to_json(self) -> dict[str, Any]:
         """The object of the file `sweep.json`."""
+        fixed = {**self.robot.arguments, **self.robot.properties}
         return {
             "schema": SCHEMA,
-            "robot": [self.robot.file, *(f"{name}:={value}" for name, value in self.robot.arguments.items())],
+            "robot": [self.robot.file, *(f"{name}:={value}" for name, value in fixed.items())],
             "dimensions": [str(each) for each in self.space.dimensions],
             "scenarios": [f"{task.scenario.name}, seed {task.seed}" for task in self.trials],
             "method": str(self.method),
@@ -107,6 +105,17 @@ class Plan:
             "inputs": self.inputs,
             "versions": dict(self.versions),
         }
+
+
+def design_robot(robot: RobotSource, space: Space, values: Values) -> RobotSource:
+    """The robot with the values of a design."""
+    arguments, properties = dict(robot.arguments), dict(robot.properties)
+    for dimension, value in zip(space.dimensions, values, strict=True):
+        if dimension.target is Target.ARGUMENT:
+            arguments[dimension.name] = str(value)
+        elif dimension.target is Target.PROPERTY:
+            properties[dimension.name] = str(value)
+    return replace(robot, arguments=arguments, properties=properties)
 
 
 def world_with_parameter(world: str, name: str, value: int | float | str) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TypeVar
 
 from kbot.model.geometry import Mesh
 from kbot.model.load import resolve_robot_path
@@ -23,12 +24,15 @@ from kbot.trials.pool import Pool, Task
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_keys import with_key
-from kbot.trials.selection import Overrides, require_names, select_batteries
+from kbot.trials.selection import Overrides, require_names, robot_path, select_batteries
 from kbot.trials.trial import load_source
 from kbot.worker import WorkerLimits
 from kbot.world import built_in, parameters
 from kbot.xacro import Packages, expand
 from kbot.xacro.assignments import resolve_names
+
+A = TypeVar("A")
+T = TypeVar("T")
 
 _GOAL_MEASURES = frozenset({"goal_time", "goals_reached"})
 """Measures that only a scenario with a goal has."""
@@ -69,6 +73,7 @@ def prepare(request: Request, pool: Pool) -> Plan:
         KeyboardInterrupt: Ctrl-C.
     """
     space = parse_space(request.dimensions)
+    _require_fixed(request.values, space)
     designs = _count(space, request)
     for each in space.dimensions:
         if each.is_integer_range and each.target is not Target.SEED:
@@ -80,7 +85,7 @@ def prepare(request: Request, pool: Pool) -> Plan:
         raise KbotError("--method optimize needs --objective MEASURE, for example --objective energy")
     if not request.scenarios:
         raise KbotError("no scenario is given. Add --scenario NAME|FILE; kbot try --list lists the names")
-    tasks = _select(request, pool)
+    tasks = _select(request, _call(pool, _required, (request, space), request.robot), pool)
     if any(each.target is Target.SEED for each in space.dimensions):
         tasks = _first_seeds(tasks)
     robot = tasks[0].scenario.robot
@@ -88,15 +93,24 @@ def prepare(request: Request, pool: Pool) -> Plan:
         raise TypeError("a selected battery has a robot")
     _require_worlds(space, tasks)
     _require_goals([each.name for each in objectives], tasks)
-    found = _call(pool, _ReadRequest(robot, space, tuple(tasks)), request.robot)
+    found = _call(pool, _read, _ReadRequest(robot, space, tuple(tasks)), request.robot)
     space = Space(
         tuple(
-            replace(each, target=Target.PROPERTY) if each.name in found.properties else each
+            replace(each, target=Target.PROPERTY) if each.name in found.varied_properties else each
             for each in space.dimensions
         )
     )
     trials = tuple(replace(task, with_all_values=True) for task in tasks)
-    return Plan(robot, space, trials, objectives, request.method, designs, found.inputs, versions)
+    return Plan(found.robot, space, trials, objectives, request.method, designs, found.inputs, versions)
+
+
+def _require_fixed(values: Mapping[str, str], space: Space) -> None:
+    """Raises KbotError: a value that does not vary is also varied."""
+    for each in space.dimensions:
+        if each.name in values:
+            raise KbotError(
+                f"{each.name}:={values[each.name]} and --set {each} both set {each.name}. Remove one"
+            )
 
 
 def _count(space: Space, request: Request) -> int:
@@ -136,8 +150,28 @@ def _versions(method: Method) -> dict[str, str]:
     return found
 
 
-def _select(request: Request, pool: Pool) -> list[Task]:
-    overrides = Overrides(request.values, request.packages)
+def _first_values(space: Space) -> dict[str, str]:
+    """The first value of each dimension of the robot."""
+    return {
+        each.name: str(each.domain.samples()[0])
+        for each in space.dimensions
+        if each.target is Target.ARGUMENT  # properties too, until the robot is read
+    }
+
+
+def _required(asked: tuple[Request, Space]) -> dict[str, str]:
+    """The first value of each dimension without which the robot cannot be read, because it has no default."""
+    request, space = asked
+    path, first = resolve_robot_path(robot_path(request.robot)), _first_values(space)
+    packages = Packages(request.packages).beside(path)
+    found = expand(path, {**request.values, **first}, packages=packages, lenient=True)
+    return {
+        name: value for name, value in first.items() if name in found.declared and name not in found.defaults
+    }
+
+
+def _select(request: Request, required: Mapping[str, str], pool: Pool) -> list[Task]:
+    overrides = Overrides({**request.values, **required}, request.packages)
     selection = select_batteries(pool, [request.robot], request.scenarios, overrides)
     if pool.interrupted:
         raise KeyboardInterrupt
@@ -200,16 +234,19 @@ class _ReadRequest:
 class _ReadResult:
     """What the dimensions mean for the robot.
 
-    properties  the names of dimensions that are top-level properties
-    inputs      digest of the files on which the results depend
+    robot              with the arguments and properties that do not vary
+    varied_properties  the names of dimensions that are top-level properties
+    inputs             digest of the files on which the results depend
     """
 
-    properties: frozenset[str]
+    robot: RobotSource
+    varied_properties: frozenset[str]
     inputs: str
 
 
-def _call(pool: Pool, reading: _ReadRequest, name: str) -> _ReadResult:
-    (outcome,) = pool.map(_read, [reading], lambda _: WorkerLimits().seconds)
+def _call(pool: Pool, work: Callable[[A], T], item: A, name: str) -> T:
+    """Call a function that reads the robot `name`, in a process of the pool."""
+    (outcome,) = pool.map(work, [item], lambda _: WorkerLimits().seconds)
     if outcome is None:
         raise KeyboardInterrupt
     if outcome.value is None:
@@ -222,10 +259,9 @@ def _read(reading: _ReadRequest) -> _ReadResult:
     """Find what the dimensions mean. Raises KbotError: a name is unknown, or no value is accepted."""
     robot = reading.robot
     path, packages = resolve_robot_path(robot.file), Packages(robot.packages)
-    own = [each for each in reading.space.dimensions if each.target is Target.ARGUMENT]
-    first = {each.name: str(each.domain.samples()[0]) for each in own}
+    first = _first_values(reading.space)
     fixed = {name: value for name, value in robot.arguments.items() if name not in first}
-    names = resolve_names(path, {**fixed, **first}, packages).require()
+    properties = resolve_names(path, {**fixed, **first}, packages).require().properties
     model = load_source(robot)
     texts: list[str] = []
     for task in reading.tasks:
@@ -239,7 +275,12 @@ def _read(reading: _ReadRequest) -> _ReadResult:
     shapes = [shape.geometry for link in model.links.values() for shape in link.shapes]
     meshes = [shape.path for shape in shapes if isinstance(shape, Mesh) and shape.path is not None]
     digest = _digest(reading, path, packages, meshes, texts)
-    return _ReadResult(frozenset(names.properties) & frozenset(first), digest)
+    robot = replace(
+        robot,
+        arguments={name: value for name, value in fixed.items() if name not in properties},
+        properties={name: value for name, value in fixed.items() if name in properties},
+    )
+    return _ReadResult(robot, frozenset(properties) & frozenset(first), digest)
 
 
 def _require_key(scenario: Scenario, dimension: Dimension) -> None:

@@ -215,7 +215,7 @@ class _Prepared:
 
 def _prepare(request: _Request) -> _Prepared:
     """Find and read a robot, in a process of the pool."""
-    found = _Prepared(request.overrides.robot(RobotSource(_robot_path(request.path))))
+    found = _Prepared(request.overrides.robot(RobotSource(robot_path(request.path))))
     robot = load_once(found.robot)
     for name in request.batteries:
         try:
@@ -305,7 +305,7 @@ def _has_robot(folder: str) -> bool:
     return any(path.suffix in (".xacro", ".urdf") for path in Path(folder).rglob("*"))
 
 
-def _robot_path(word: str) -> str:
+def robot_path(word: str) -> str:
     """The robot's file that was typed: a file, a folder, the name of a package, or `kbot`."""
     if not Path(word).exists() and (folder := _package(word)):
         return robot_of_folder(folder)

@@ -1,0 +1,111 @@
+"""What a request means for the robot, the worlds and the scenarios, before anything runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from kbot.sweep.best_design import written_design
+from kbot.sweep.plan import Plan
+from kbot.sweep.preparation import Request, prepare
+from kbot.sweep.runner import Design
+from kbot.text import KbotError
+from kbot.trials.pool import Pool
+
+XACRO = "http://www.ros.org/wiki/xacro"
+BOX = """\
+  <link name="base_link">
+    <collision><geometry><box size="{size} 0.1 0.1"/></geometry></collision>
+    <inertial>
+      <mass value="{mass}"/>
+      <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+"""
+DRIVE = """\
+duration: 1
+steps:
+  - command: {linear: 0.2}
+expect:
+  - final_forward: {min: 0.15}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with a short scenario."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drive.scenario.yaml").write_text(DRIVE)
+    return tmp_path
+
+
+def write_robot(head: str, size: str = "0.1", mass: str = "1", name: str = "r.xacro") -> None:
+    box = BOX.format(size=size, mass=mass)
+    Path(name).write_text(f'<robot name="r" xmlns:xacro="{XACRO}">\n{head}\n{box}</robot>\n')
+
+
+def plan(
+    *dimensions: str, robot: str = "r.xacro", scenario: str = "drive.scenario.yaml", **values: str
+) -> Plan:
+    with Pool(1) as pool:
+        request = Request(robot=robot, dimensions=dimensions, scenarios=[scenario], values=values)
+        return prepare(request, pool)
+
+
+def refused(*dimensions: str, robot: str = "r.xacro", **values: str) -> str:
+    with pytest.raises(KbotError) as raised:
+        plan(*dimensions, robot=robot, **values)
+    return str(raised.value)
+
+
+def test_a_property_that_does_not_vary_is_part_of_the_best_design() -> None:
+    write_robot(
+        '<xacro:property name="size" value="0.2"/><xacro:arg name="mass" default="1"/>',
+        "${size}",
+        "$(arg mass)",
+    )
+    found = plan("mass=1.0,2.0", size="0.3")
+    assert (found.robot.arguments, found.robot.properties) == ({}, {"size": "0.3"})
+    assert found.to_json()["robot"][1:] == ["size:=0.3"]
+    written_design(found, Design(1, {"mass": 2.0}, {}, ()), "best.xacro").write()
+    text = Path("best.xacro").read_text()
+    assert '<xacro:property name="size" value="0.3"/>' in text
+    assert '<xacro:arg name="mass" default="2"/>' in text
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_the_world_is_chosen_before_its_parameters_are_set(is_first: bool) -> None:
+    dimensions = ["world=stairs,stairs:steps=3", "world.height=0.005,0.02"]
+    found = plan(*(dimensions if is_first else reversed(dimensions)), robot="kbot")
+    worlds = {found.task(number, found.space.grid(number)).scenario.world for number in range(4)}
+    assert worlds == {
+        "stairs:height=0.005",
+        "stairs:height=0.02",
+        "stairs:steps=3,height=0.005",
+        "stairs:steps=3,height=0.02",
+    }
+
+
+def test_the_name_of_an_argument_may_contain_a_dot() -> None:
+    write_robot('<xacro:arg name="box.size" default="0.1"/>', "$(arg box.size)")
+    found = plan("box.size=0.2,0.3")
+    robot = found.task(1, found.space.grid(1)).scenario.robot
+    assert robot is not None
+    assert robot.arguments == {"box.size": "0.3"}
+
+
+def test_an_argument_without_a_default_may_vary() -> None:
+    """xacro reads the robot only if such an argument is given."""
+    write_robot("", "$(arg size)")
+    found = plan("size=0.2,0.3")
+    assert found.robot.arguments == {}
+    robot = found.task(1, found.space.grid(1)).scenario.robot
+    assert robot is not None
+    assert robot.arguments == {"size": "0.3"}
+
+
+def test_a_name_is_either_set_or_varied() -> None:
+    write_robot('<xacro:arg name="size" default="0.1"/>', "$(arg size)")
+    expected = "size:=0.4 and --set size=0.2,0.3 both set it. Remove one"
+    assert refused("size=0.2,0.3", size="0.4") == expected
