@@ -108,9 +108,7 @@ def _require_fixed(values: Mapping[str, str], space: Space) -> None:
     """Raises KbotError: a value that does not vary is also varied."""
     for each in space.dimensions:
         if each.name in values:
-            raise KbotError(
-                f"{each.name}:={values[each.name]} and --set {each} both set {each.name}. Remove one"
-            )
+            raise KbotError(f"{each.name}:={values[each.name]} and --set {each} both set it. Remove one")
 
 
 def _count(space: Space, request: Request) -> int:
