@@ -214,7 +214,15 @@ def test_a_world_and_its_parameters() -> None:
         ((), "nothing varies. Add --set NAME=VALUES"),
         (("--set", "wheel_radius=0.02:0.05"), "a grid needs the number of values, for example wheel"),
         ((*RADII, "--method", "lhs"), "--method lhs needs --runs N"),
-        ((*RADII, "--method", "lhs", "--runs", "1000001"), "together, at most 1000000, not 1000001."),
+        (
+            (*RADII, "--set", "seed=1:3", "--method", "random", "--runs", "7"),
+            "--runs 7 is more than the 6 combinations of these values. --method grid runs each of them once",
+        ),
+        ((*RADII, "--method", "lhs", "--runs", "3"), "--runs 3 is more than the 2 combinations"),
+        (
+            ("--set", "wheel_radius=0.03:0.04", "--method", "lhs", "--runs", "1000001"),
+            "together, at most 1000000, not 1000001.",
+        ),
         ((*RADII, "--method", "optimize", "--runs", "3"), "--method optimize needs --objective MEASURE"),
         ((*RADII, "--objective", "enrgy"), "unknown measure 'enrgy': did you mean 'energy'?"),
         ((*RADII, "--objective", "goal_time"), "no scenario measures it, because none has a goal"),

@@ -14,7 +14,7 @@ def test_an_objective_is_minimised_by_default() -> None:
     assert parse_objective("energy") == Objective("energy")
     assert parse_objective("energy:min") == Objective("energy")
     assert parse_objective("path_length:max") == Objective("path_length", is_maximum=True)
-    assert parse_objective("support/left_wheel:maximize") == Objective("support/left_wheel", is_maximum=True)
+    assert parse_objective("support/left_wheel:max") == Objective("support/left_wheel", is_maximum=True)
     assert parse_objective("wheel_radius", ["wheel_radius"]) == Objective("wheel_radius")
 
 
@@ -23,6 +23,10 @@ def test_an_objective_is_minimised_by_default() -> None:
     [
         ("enrgy", "--objective enrgy: unknown measure 'enrgy': did you mean 'energy'?"),
         ("energy:least", "--objective energy:least: the direction is min or max, not 'least'"),
+        (
+            "energy:maximise",
+            "--objective energy:maximise: the direction is min or max, not 'maximise'",
+        ),
         ("-energy", "--objective -energy: to maximise energy, write energy:max"),
     ],
 )

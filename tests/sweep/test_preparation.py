@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from kbot.sweep.best_design import written_design
+from kbot.sweep.designs import Method
 from kbot.sweep.plan import Plan
 from kbot.sweep.preparation import Request, prepare
 from kbot.sweep.runner import Design
@@ -109,3 +110,25 @@ def test_a_name_is_either_set_or_varied() -> None:
     write_robot('<xacro:arg name="size" default="0.1"/>', "$(arg size)")
     expected = "size:=0.4 and --set size=0.2,0.3 both set it. Remove one"
     assert refused("size=0.2,0.3", size="0.4") == expected
+
+
+@pytest.mark.parametrize(
+    ("method", "expected"),
+    [
+        (Method.GRID, set()),
+        (Method.RANDOM, {"numpy"}),
+        (Method.LHS, {"numpy", "scipy"}),
+        (Method.OPTIMIZE, {"numpy", "optuna"}),
+    ],
+)
+def test_the_libraries_that_choose_the_designs_are_recorded(method: Method, expected: set[str]) -> None:
+    with Pool(1) as pool:
+        request = Request(
+            robot="kbot",
+            dimensions=["wheel_radius=0.03,0.04"],
+            scenarios=["drive.scenario.yaml"],
+            objectives=["energy"],
+            method=method,
+            runs=2,
+        )
+        assert set(prepare(request, pool).versions) - {"kbot", "mujoco-core"} == expected

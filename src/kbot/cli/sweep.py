@@ -36,8 +36,8 @@ METHODS = ("grid", "random", "lhs", "optimize")
 
 
 @dataclass(frozen=True, slots=True)
-class _Choice:
-    """What is run."""
+class _PlanOptions:
+    """The options that define the plan: what is run."""
 
     dimensions: tuple[str, ...]
     scenarios: tuple[str, ...]
@@ -48,8 +48,8 @@ class _Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class _Running:
-    """How it runs, and where the results go."""
+class _ExecutionOptions:
+    """The options of the execution, and the folder for its results."""
 
     out: str | None
     jobs: int | None
@@ -60,7 +60,7 @@ class _Running:
 
 @dataclass(frozen=True, slots=True)
 class _Outputs:
-    """What is written after the runs, besides the table."""
+    """The options of the files that are written after the runs, besides the table."""
 
     html: str | None
     write: str | None
@@ -145,22 +145,26 @@ class _Outputs:
     "--yes",
     "confirmed",
     is_flag=True,
-    help="Run even very many combinations, and let --write overwrite files.",
+    help="Run a very large sweep without a question, and let --write overwrite files.",
 )
 @click.option(
     "--limit-time",
     type=Within(1.0, 86400.0),
     metavar="SECONDS",
     show_default="30, and 2 for each simulated second",
-    help="Most processor time of one run.",
+    help="Maximum processor time of one run in seconds.",
 )
 @json_option
 @package_path_option
-@collect_options("choice", _Choice)
-@collect_options("running", _Running)
+@collect_options("options", _PlanOptions)
+@collect_options("execution", _ExecutionOptions)
 @collect_options("outputs", _Outputs)
 def command(
-    words: tuple[str, ...], choice: _Choice, running: _Running, outputs: _Outputs, as_json: bool
+    words: tuple[str, ...],
+    options: _PlanOptions,
+    execution: _ExecutionOptions,
+    outputs: _Outputs,
+    as_json: bool,
 ) -> int:
     """Run scenarios with many values of a robot, and find the best values.
 
@@ -175,7 +179,7 @@ def command(
     """
     with ExitStack() as opened:
         try:
-            ran = _run(words, choice, running, outputs, opened)
+            ran = _run(words, options, execution, outputs, opened)
             text = ran.sweep.to_json() if as_json else ran.summary()
         except (Exception, KeyboardInterrupt):  # Ctrl-C before the first run
             if as_json:
@@ -191,13 +195,13 @@ def command(
             done = ran.sweep.journal.count
             print_note(f"interrupted after {done} of {ran.sweep.plan.runs} runs. The same command continues")
             return INTERRUPTED
-        _write_outputs(ran.sweep, outputs, running, ran.pool, as_json=as_json)
+        _write_outputs(ran.sweep, outputs, execution, ran.pool, as_json=as_json)
         return COMPLETE if ran.sweep.has_passed else ALL_FAILED
 
 
 @dataclass(frozen=True, slots=True)
-class _Ran:
-    """A sweep after its runs."""
+class _SweepResult:
+    """A sweep whose execution has ended: with the last run, or by Ctrl-C."""
 
     sweep: Sweep
     pool: Pool
@@ -211,52 +215,58 @@ class _Ran:
 
 
 def _run(
-    words: tuple[str, ...], choice: _Choice, running: _Running, outputs: _Outputs, opened: ExitStack
-) -> _Ran:
+    words: tuple[str, ...],
+    options: _PlanOptions,
+    execution: _ExecutionOptions,
+    outputs: _Outputs,
+    opened: ExitStack,
+) -> _SweepResult:
     """Run what is missing. The pool and the folder stay open until `opened` ends."""
-    if not running.out:
+    if not execution.out:
         fail("--out DIR is missing: the folder for the results")
-    _check_outputs(outputs, choice, confirmed=running.confirmed)
-    if running.on is not None:
+    _check_outputs(outputs, options, confirmed=execution.confirmed)
+    if execution.on is not None:
         from kbot.sweep.cluster import parse_place
 
-        parse_place(running.on)
+        parse_place(execution.on)
     from kbot.sweep.rehearsal import checked_plan
     from kbot.sweep.runner import opened_sweep
     from kbot.trials.pool import Pool
 
-    request = _request(words, choice)
+    request = _request(words, options)
     begun = time.monotonic()
-    pool = opened.enter_context(Pool(running.jobs))
+    pool = opened.enter_context(Pool(execution.jobs))
     with busy(f"preparing {request.robot}"):
-        plan = checked_plan(request, pool, confirmed=running.confirmed)
-    sweep = opened.enter_context(opened_sweep(plan, running.out))
+        plan = checked_plan(request, pool, confirmed=execution.confirmed)
+    sweep = opened.enter_context(opened_sweep(plan, execution.out))
     if sweep.journal.count and sweep.missing:
         print_note(f"continuing: {sweep.journal.count} of {plan.runs} runs are finished")
     is_complete = True
     with (
         counting("running", sweep.missing) as advance,
-        _executor(running, plan, pool, running.out) as executor,
+        _executor(execution, plan, pool, execution.out) as executor,
     ):
         try:
             sweep.run(executor, advance)
         except KeyboardInterrupt:
             is_complete = False
-    return _Ran(sweep, pool, is_complete, time.monotonic() - begun)
+    return _SweepResult(sweep, pool, is_complete, time.monotonic() - begun)
 
 
-def _executor(running: _Running, plan: Plan, pool: Pool, out: str) -> Executor:
+def _executor(execution: _ExecutionOptions, plan: Plan, pool: Pool, out: str) -> Executor:
     """Where the runs are executed."""
     from kbot.sweep.processes import Processes
 
-    if running.on is None:
-        return Processes(pool, running.limit_time)
+    if execution.on is None:
+        return Processes(pool, execution.limit_time)
     from kbot.sweep.cluster import RayCluster, parse_place
+    from kbot.sweep.preparation import RUN_PROGRAMS
 
-    return RayCluster(parse_place(running.on), running.jobs, running.limit_time, plan.versions, [out])
+    versions = {name: plan.versions[name] for name in RUN_PROGRAMS if name in plan.versions}
+    return RayCluster(parse_place(execution.on), execution.jobs, execution.limit_time, versions, [out])
 
 
-def _check_outputs(outputs: _Outputs, choice: _Choice, *, confirmed: bool) -> None:
+def _check_outputs(outputs: _Outputs, options: _PlanOptions, *, confirmed: bool) -> None:
     """Report before the runs what cannot be written after them."""
     for path in filter(None, (outputs.html, outputs.write)):
         if not Path(path).absolute().parent.is_dir():
@@ -269,14 +279,16 @@ def _check_outputs(outputs: _Outputs, choice: _Choice, *, confirmed: bool) -> No
         if outputs.design is not None and outputs.html is None:
             fail("--design chooses what --write and --html show, and both are missing")
         return
-    if not choice.objectives:
+    if not options.objectives:
         fail("--write needs --objective MEASURE, which decides which design is best")
     may_ask = sys.stdin.isatty() and sys.stderr.isatty()
     if Path(outputs.write).exists() and not (outputs.diff or confirmed or may_ask):
         fail(f"{outputs.write} exists. Add --yes to overwrite it, or --diff to see the changes")
 
 
-def _write_outputs(sweep: Sweep, outputs: _Outputs, running: _Running, pool: Pool, *, as_json: bool) -> None:
+def _write_outputs(
+    sweep: Sweep, outputs: _Outputs, execution: _ExecutionOptions, pool: Pool, *, as_json: bool
+) -> None:
     from kbot.sweep.best_design import chosen_design
 
     best = sweep.best()
@@ -291,28 +303,33 @@ def _write_outputs(sweep: Sweep, outputs: _Outputs, running: _Running, pool: Poo
         film = None
         if shown is not None:
             with busy(f"filming design {shown.number}"):
-                film = film_of(sweep, shown, pool, running.limit_time)
+                film = film_of(sweep, shown, pool, execution.limit_time)
         write_report(outputs.html, sweep, shown, film)
         print_note(f"wrote {outputs.html}")
     if outputs.write is not None:
         _write_design(
-            sweep.plan, chosen_design(best, outputs.design), outputs.write, outputs, running, as_json=as_json
+            sweep.plan,
+            chosen_design(best, outputs.design),
+            outputs.write,
+            outputs,
+            execution,
+            as_json=as_json,
         )
 
 
 def _write_design(
-    plan: Plan, design: Design, path: str, outputs: _Outputs, running: _Running, *, as_json: bool
+    plan: Plan, design: Design, path: str, outputs: _Outputs, execution: _ExecutionOptions, *, as_json: bool
 ) -> None:
     """Write a design, or print it as a diff. Existing files are overwritten only if the user agrees."""
     from kbot.sweep.best_design import written_design
 
     written = written_design(plan, design, path)
     existing = written.existing()
-    if outputs.diff or (existing and not running.confirmed):
+    if outputs.diff or (existing and not execution.confirmed):
         click.echo(written.diff(), nl=False, err=as_json or not outputs.diff)
     if outputs.diff:
         return
-    if existing and not running.confirmed and not _agrees(existing):
+    if existing and not execution.confirmed and not _agrees(existing):
         print_note("nothing was written")
         return
     written.write()
@@ -333,18 +350,18 @@ def _agrees(existing: Sequence[str]) -> bool:
     return click.confirm(f"Overwrite {names}?", err=True)
 
 
-def _request(words: tuple[str, ...], choice: _Choice) -> Request:
+def _request(words: tuple[str, ...], options: _PlanOptions) -> Request:
     from kbot.sweep.designs import Method
     from kbot.sweep.preparation import Request
 
     file, values = file_and_arguments(words)
     return Request(
         robot=file,
-        dimensions=choice.dimensions,
-        scenarios=choice.scenarios,
-        objectives=choice.objectives,
-        method=Method(choice.method),
-        runs=choice.runs,
+        dimensions=options.dimensions,
+        scenarios=options.scenarios,
+        objectives=options.objectives,
+        method=Method(options.method),
+        runs=options.runs,
         values=values,
-        packages=choice.package_path,
+        packages=options.package_path,
     )

@@ -1,5 +1,5 @@
 """Searches over designs: runs a scenario with many values of a robot's arguments and properties."""
 
-from kbot.sweep.function import sweep
+from kbot.sweep.api import sweep
 
 __all__ = ["sweep"]

@@ -25,7 +25,6 @@ _OPTIONS = {
     "objectives": "its objectives are",
     "designs": "the number of its designs is",
     "inputs": "the files of the robot or of the scenario have",
-    "versions": "it was begun with",
 }
 """How the sentence about a difference begins, for each key of the file `sweep.json`."""
 
@@ -45,14 +44,23 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
     except OSError as error:
         raise KbotError(f"the folder {out} cannot be created: {error.strerror}") from None
     with _locked(folder):
-        described = folder / PLAN
+        described, finished = folder / PLAN, folder / JOURNAL
+        before = None
         if described.exists():
-            _require_same(out, _read_plan(described), plan)
-        elif (folder / JOURNAL).exists():
+            before = _read_plan(described)
+            _require_same(out, before, plan)
+        elif finished.exists():
             raise KbotError(f"{out} has {JOURNAL}, but not {PLAN}. Choose another folder with --out")
-        write_text(described, json.dumps(plan.to_json(), indent=2, ensure_ascii=False) + "\n")
-        with Journal(folder / JOURNAL, plan.runs) as journal:
-            yield journal
+        if before != plan.to_json():
+            write_text(described, json.dumps(plan.to_json(), indent=2, ensure_ascii=False) + "\n")
+        try:
+            with Journal(finished, plan.runs) as journal:
+                yield journal
+        finally:
+            if finished.exists() and not finished.stat().st_size:
+                # nothing ran: another sweep can use the folder
+                described.unlink()
+                finished.unlink()
 
 
 def _read_plan(path: Path) -> dict[str, Any]:
@@ -77,6 +85,8 @@ def _require_same(out: str, before: Mapping[str, Any], plan: Plan) -> None:
     if not differing:
         return
     key = differing[0]
+    if key == "versions":
+        raise KbotError(_other_versions(out, before.get(key, {}), now[key]))
     old, new = _shown(before.get(key)), _shown(now[key])
     what = "changed since it began" if key == "inputs" else f"{old}, not {new}"
     raise KbotError(
@@ -85,11 +95,22 @@ def _require_same(out: str, before: Mapping[str, Any], plan: Plan) -> None:
     )
 
 
+def _other_versions(out: str, before: Mapping[str, str], now: Mapping[str, str]) -> str:
+    """The error about programs that had other versions when the sweep began."""
+    changed = [name for name in {**before, **now} if before.get(name) != now.get(name)]
+    old, new = (
+        " and ".join(f"{name} {each.get(name, 'of an unknown version')}" for name in changed)
+        for each in (before, now)
+    )
+    return (
+        f"{out} was begun with {old}. Now it would run with {new}, which may give other results. "
+        "Install the earlier version, or choose another folder with --out"
+    )
+
+
 def _shown(value: object) -> str:
     if isinstance(value, list):
         return "; ".join(map(str, value)) or "none"
-    if isinstance(value, dict):
-        return "; ".join(f"{key} {each}" for key, each in value.items())
     return str(value)
 
 
@@ -105,7 +126,7 @@ def _locked(folder: Path) -> Iterator[None]:
         try:
             _lock(file)
         except BlockingIOError:
-            why = f"another process runs the sweep in {folder}. Wait for its end, or stop it"
+            why = f"another process runs the sweep in {folder}. Wait until it finishes, or stop it"
             raise KbotError(why) from None
         yield
     finally:

@@ -11,15 +11,6 @@ from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 from kbot.trials.measures import is_measure, measure_names
 
-DIRECTIONS = {
-    "min": False,
-    "minimize": False,
-    "minimise": False,
-    "max": True,
-    "maximize": True,
-    "maximise": True,
-}
-
 
 @dataclass(frozen=True, slots=True)
 class Objective:
@@ -50,14 +41,14 @@ def parse_objective(text: str, dimensions: Sequence[str] = ()) -> Objective:
         KbotError: the measure or the direction is unknown.
     """
     name, colon, direction = text.strip().partition(":")
-    if colon and direction not in DIRECTIONS:
+    if colon and direction not in ("min", "max"):
         raise KbotError(f"--objective {text}: the direction is min or max, not '{direction}'")
     if name.startswith("-") and is_measure(name[1:]):
         raise KbotError(f"--objective {text}: to maximise {name[1:]}, write {name[1:]}:max")
     if name not in dimensions and not is_measure(name):
         hint = suggest_or_list(name, [*dimensions, *measure_names()])
         raise KbotError(f"--objective {text}: unknown measure '{name}': {hint}")
-    return Objective(name, DIRECTIONS.get(direction, False))
+    return Objective(name, direction == "max")
 
 
 def parse_objectives(texts: Iterable[str], dimensions: Sequence[str] = ()) -> tuple[Objective, ...]:

@@ -38,7 +38,9 @@ _GOAL_MEASURES = frozenset({"goal_time", "goals_reached"})
 """Measures that only a scenario with a goal has."""
 _MISSING = "{} is not installed: pip install 'kbot[sweep]'"
 _LIBRARIES = {Method.LHS: "SciPy", Method.OPTIMIZE: "Optuna"}
-"""The library that chooses the designs of these methods."""
+"""The library that chooses the designs of these methods. NumPy draws its random numbers."""
+RUN_PROGRAMS = ("kbot", "mujoco-core")
+"""The programs on which the result of a run depends. The others choose the designs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,6 +123,12 @@ def _count(space: Space, request: Request) -> int:
                 f"--method lhs draws all combinations together, at most {MOST_TOGETHER}, not {request.runs}. "
                 "For more, use --method random"
             )
+        is_drawn = request.method in (Method.RANDOM, Method.LHS)
+        if is_drawn and space.size is not None and request.runs > space.size:
+            raise KbotError(
+                f"--runs {request.runs} is more than the {space.size} combinations of these values. "
+                "--method grid runs each of them once"
+            )
         return request.runs
     if space.size is None:
         wide = next(each for each in space.dimensions if each.count is None)
@@ -139,7 +147,8 @@ def _versions(method: Method) -> dict[str, str]:
         raise KbotError(_MISSING.format("PyArrow")) from None
     found = {}
     library = _LIBRARIES.get(method, "")
-    for name in ("kbot", "mujoco-core", *filter(None, [library.lower()])):
+    chooses = () if method is Method.GRID else ("numpy", *filter(None, [library.lower()]))
+    for name in (*RUN_PROGRAMS, *chooses):
         try:
             found[name] = version(name)
         except PackageNotFoundError:

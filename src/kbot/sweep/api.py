@@ -1,4 +1,4 @@
-"""A sweep as a function of Python, which does what `kbot sweep` does."""
+"""The function `sweep` of Python: runs a sweep, as the command `kbot sweep` does."""
 
 from __future__ import annotations
 

@@ -1,0 +1,73 @@
+"""Tests the folder of a sweep: what it accepts, what it writes, and what it leaves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from kbot.sweep.designs import Method
+from kbot.sweep.folder import PLAN, opened_folder
+from kbot.sweep.journal import Row
+from kbot.sweep.objectives import Objective
+from kbot.sweep.plan import Plan
+from kbot.sweep.space import parse_space
+from kbot.text import KbotError
+from kbot.trials.pool import Task
+from kbot.trials.scenario import RobotSource, Scenario
+
+PLANNED = Plan(
+    RobotSource("robot.xacro"),
+    parse_space(["a=0.0:1.0"]),
+    (Task(Scenario("drive", 1.0)),),
+    (),
+    Method.RANDOM,
+    3,
+    versions={"kbot": "1.0", "numpy": "2.1.0"},
+)
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> str:
+    """A folder with one finished run."""
+    folder = str(tmp_path / "out")
+    with opened_folder(folder, PLANNED) as journal:
+        journal.append(Row(0, 0, (0.5,), "drive", 0, True, None, "", {}))
+    return folder
+
+
+def test_the_description_is_written_only_if_it_changes(out: str) -> None:
+    file = Path(out, PLAN)
+    before = file.stat().st_ino  # a new file replaces the old one
+    with opened_folder(out, PLANNED):
+        assert file.stat().st_ino == before
+    with opened_folder(out, replace(PLANNED, objectives=(Objective("energy"),))):
+        assert "energy:min" in file.read_text()
+
+
+def test_another_version_of_a_program_is_named(out: str) -> None:
+    versions = {"kbot": "1.0", "numpy": "2.2.0"}
+    with pytest.raises(KbotError) as raised, opened_folder(out, replace(PLANNED, versions=versions)):
+        pass
+    assert str(raised.value) == (
+        f"{out} was begun with numpy 2.1.0. Now it would run with numpy 2.2.0, which may give other results. "
+        "Install the earlier version, or choose another folder with --out"
+    )
+
+
+def test_a_folder_without_a_run_takes_another_sweep(tmp_path: Path) -> None:
+    """An error or Ctrl-C before the first run must not reserve the folder."""
+    folder = str(tmp_path / "out")
+    with opened_folder(folder, PLANNED):
+        pass
+    with opened_folder(folder, replace(PLANNED, method=Method.LHS)) as journal:
+        assert journal.count == 0
+
+
+def test_a_folder_with_a_run_refuses_another_sweep(out: str) -> None:
+    with (
+        pytest.raises(KbotError, match="has another sweep: its method is random, not lhs"),
+        opened_folder(out, replace(PLANNED, method=Method.LHS)),
+    ):
+        pass
