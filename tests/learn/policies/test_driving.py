@@ -62,6 +62,25 @@ def test_it_knows_its_pose_from_odometry_only(simulation: kbot.Simulation, strai
     assert "because its pose estimate is" in trip.status.reason
 
 
+def test_a_policy_that_passes_its_goal_and_drives_on_does_not_reach_it() -> None:
+    """It sees the goal every 10 s, when it is far from it."""
+    interface = PolicyInterface("goal", linear=(0.0, 0.4), angular=(-2.0, 2.0), rate=0.1)
+    ahead = Policy(read_network(linear(np.zeros((2, 7)), np.array([1.0, 0.0])))).with_interface(interface)
+    simulation = kbot.Simulation(kbot.load("kbot"))
+    trip = go_to_with_policy(simulation, ahead, PlanarPose(1.0, 0.0), timeout=8.0)
+    assert trip.arrival == pytest.approx((0.8 - 0.1) / 0.4, rel=0.1)  # from 0.1 m of movement
+    assert trip.state == "stuck"
+    assert "out of time" in trip.status.reason
+
+
+def test_a_policy_that_is_faster_than_the_simulation_is_refused(simulation: kbot.Simulation) -> None:
+    """A step of the simulation takes 0.002 s."""
+    interface = replace(BLIND, rate=501.0)
+    with pytest.raises(KbotError, match=r"501 commands per second, but the simulation makes only 500 steps"):
+        go_to_with_policy(simulation, policy(interface), GOAL)
+    assert fitted(policy(replace(BLIND, rate=500.0)), simulation).interface is not None
+
+
 def test_a_number_that_is_not_finite_stops_the_robot(simulation: kbot.Simulation) -> None:
     weights, bias = np.zeros((2, 7)), np.array([0.5, 0.0])
     weights[1, 0] = math.inf  # inf * distance

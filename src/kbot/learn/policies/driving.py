@@ -42,6 +42,12 @@ def fitted(policy: Policy, simulation: Simulation) -> Policy:
                 f"the policy's file does not describe its inputs, and they are not the default ones of robot"
                 f" '{robot.name}': {error}"
             ) from None
+    fastest = 1.0 / simulation.timestep
+    if policy.interface.rate > fastest + 1e-9:
+        raise KbotError(
+            f"the policy computes {policy.interface.rate:g} commands per second, but the simulation makes"
+            f" only {fastest:g} steps"
+        )
     if policy.interface.lateral is not None and not robot.drives_sideways:
         raise KbotError(
             f"the policy commands a lateral speed, but robot '{robot.name}' cannot drive sideways"
@@ -187,7 +193,7 @@ def go_to_with_policy(
         lambda: pilot.start @ simulation.odometry.pose,
         pilot.close,
     )
-    return judged(trip)
+    return judged(trip) if trip.reached else trip  # a policy that passed its goal, and did not stop, is stuck
 
 
 def _silence(lidar: LidarSensor | None) -> float:
