@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,14 +24,15 @@ SCHEMA = 1
 class Plan:
     """What a sweep runs.
 
-    robot       the file as the user named it, with the arguments and properties that do not vary
-    space       what varies
-    trials      the runs of one design: each scenario with each of its seeds
-    objectives  what is minimised or maximised
-    method      how designs are chosen
-    designs     the number of designs
-    inputs      digest of the robot's files and of the scenarios
-    versions    of the programs on which the results depend, by name
+    robot           the file as the user named it, with the arguments and properties that do not vary
+    space           what varies
+    trials          the runs of one design: each scenario with each of its seeds
+    objectives      what is minimised or maximised
+    method          how designs are chosen
+    designs         the number of designs
+    files           digests of the files on which the results depend, by name
+    optional_parts  the names of links and joints that only some of the designs have
+    versions        of the programs on which the results depend, by name
     """
 
     robot: RobotSource
@@ -39,8 +41,16 @@ class Plan:
     objectives: tuple[Objective, ...]
     method: Method
     designs: int
-    inputs: str = ""
+    files: Mapping[str, str] = field(default_factory=dict)
+    optional_parts: frozenset[str] = frozenset()
     versions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def inputs(self) -> str:
+        """A digest of the scenarios and of the files on which the results depend."""
+        scenarios = {id(task.scenario): task.scenario for task in self.trials}  # many seeds have the same one
+        texts = [*map(repr, scenarios.values()), *self.files.values()]
+        return hashlib.sha256("\n".join(texts).encode()).hexdigest()
 
     @property
     def runs(self) -> int:

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TypeVar
 
-from kbot.model.geometry import Mesh
 from kbot.model.load import resolve_robot_path
 from kbot.sweep.designs import MOST_TOGETHER, Method
+from kbot.sweep.inputs import file_digests, read_inputs, scenario_files
 from kbot.sweep.objectives import parse_objectives
 from kbot.sweep.plan import Plan, world_with_parameter
 from kbot.sweep.space import Dimension, Space, Target, parse_space
 from kbot.text import KbotError
 from kbot.text.notes import note
-from kbot.trials.actions import TO_GOALS, DriveWithPolicy, RunScript
+from kbot.trials.actions import TO_GOALS
 from kbot.trials.errors import sentence
 from kbot.trials.places import find_world
 from kbot.trials.pool import Pool, Task
@@ -25,7 +24,6 @@ from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_keys import with_key
 from kbot.trials.selection import Overrides, require_names, robot_path, select_batteries
-from kbot.trials.trial import load_source
 from kbot.worker import WorkerLimits
 from kbot.world import built_in, parameters
 from kbot.xacro import Packages, expand
@@ -102,8 +100,18 @@ def prepare(request: Request, pool: Pool) -> Plan:
             for each in space.dimensions
         )
     )
-    trials = tuple(replace(task, with_all_values=True) for task in tasks)
-    return Plan(found.robot, space, trials, objectives, request.method, designs, found.inputs, versions)
+    read = read_inputs(found.robot, space, tasks, pool)
+    return Plan(
+        found.robot,
+        space,
+        tuple(replace(task, with_all_values=True) for task in tasks),
+        objectives,
+        request.method,
+        designs,
+        file_digests(found.files | read.files),
+        read.optional_parts,
+        versions,
+    )
 
 
 def _require_fixed(values: Mapping[str, str], space: Space) -> None:
@@ -243,12 +251,12 @@ class _ReadResult:
 
     robot              with the arguments and properties that do not vary
     varied_properties  the names of dimensions that are top-level properties
-    inputs             digest of the files on which the results depend
+    files              the files of the scenarios
     """
 
     robot: RobotSource
     varied_properties: frozenset[str]
-    inputs: str
+    files: frozenset[str]
 
 
 def _call(pool: Pool, work: Callable[[A], T], item: A, name: str) -> T:
@@ -269,25 +277,22 @@ def _read(reading: _ReadRequest) -> _ReadResult:
     first = _first_values(reading.space)
     fixed = {name: value for name, value in robot.arguments.items() if name not in first}
     properties = resolve_names(path, {**fixed, **first}, packages).require().properties
-    model = load_source(robot)
-    texts: list[str] = []
+    files: set[str] = set()
     for task in reading.tasks:
         scenario = task.scenario
         if task.python_file:
+            files.add(task.python_file)
             scenario = replace(read_python_scenarios(task.python_file)[task.index], robot=robot)
         for each in reading.space.dimensions:
             if each.target is Target.SCENARIO:
                 _require_key(scenario, each)
-        texts.append(repr(task.scenario))
-    shapes = [shape.geometry for link in model.links.values() for shape in link.shapes]
-    meshes = [shape.path for shape in shapes if isinstance(shape, Mesh) and shape.path is not None]
-    digest = _digest(reading, path, packages, meshes, texts)
+        files |= set(scenario_files(scenario, reading.space))
     robot = replace(
         robot,
         arguments={name: value for name, value in fixed.items() if name not in properties},
         properties={name: value for name, value in fixed.items() if name in properties},
     )
-    return _ReadResult(robot, frozenset(properties) & frozenset(first), digest)
+    return _ReadResult(robot, frozenset(properties) & frozenset(first), frozenset(files))
 
 
 def _require_key(scenario: Scenario, dimension: Dimension) -> None:
@@ -301,23 +306,3 @@ def _require_key(scenario: Scenario, dimension: Dimension) -> None:
             errors.append(error)
     if len(errors) == len(values):
         raise errors[0]
-
-
-def _digest(
-    reading: _ReadRequest, path: str, packages: Packages, meshes: Sequence[str], texts: Sequence[str]
-) -> str:
-    """A digest of the description's files, the scenarios, and the files that they name."""
-    digest = hashlib.sha256("\n".join(texts).encode())
-    robot = reading.robot
-    expansion = expand(path, robot.arguments, packages=packages.beside(path), lenient=True)
-    files = dict.fromkeys((path, *expansion.dependencies, *meshes))
-    for task in reading.tasks:
-        actions = [step.action for step in task.scenario.steps]
-        scripts = [each.script for each in actions if isinstance(each, RunScript)]
-        policies = [each.file for each in actions if isinstance(each, DriveWithPolicy)]
-        programs = [program.file for program in task.scenario.programs]
-        named = [task.python_file, task.scenario.world, *scripts, *policies, *programs]
-        files |= dict.fromkeys(name for name in named if isinstance(name, str) and Path(name).is_file())
-    for name in files:
-        digest.update(Path(name).read_bytes())
-    return digest.hexdigest()

@@ -11,12 +11,14 @@ from typing import Any
 
 from kbot.sweep.executor import Executor
 from kbot.sweep.folder import TABLE, opened_folder
+from kbot.sweep.inputs import changed_files
 from kbot.sweep.journal import Journal, Row
 from kbot.sweep.objectives import front
 from kbot.sweep.plan import Plan
 from kbot.sweep.search import search
 from kbot.sweep.table import write_table
 from kbot.text import KbotError
+from kbot.text.notes import note
 
 SCHEMA = 1
 """Version of the JSON of `kbot sweep`."""
@@ -86,8 +88,19 @@ class Sweep:
             search(self.plan, self.journal, executor, on_done)
         except BaseException:
             with suppress(KbotError):  # the first error is reported
-                write_table(self.table, self.plan, self.journal)
+                self._write_table()
             raise
+        self._write_table()
+
+    def _write_table(self) -> None:
+        """Write the table, and report files that changed after they were read for the plan."""
+        changed = changed_files(self.plan.files)
+        if changed:
+            more = f" and {len(changed) - 1} more" if len(changed) > 1 else ""
+            note(
+                f"{changed[0]}{more} changed while the sweep ran: its rows may mix both versions. "
+                "Run it again in another folder"
+            )
         write_table(self.table, self.plan, self.journal)
 
     def designs(self) -> Iterator[Design]:

@@ -153,6 +153,19 @@ def reading_only(may_read: Callable[[str], bool], why: str) -> Iterator[None]:
         _allowed.reset(token)
 
 
+@contextmanager
+def files_read() -> Iterator[dict[str, None]]:
+    """A block that records the names of the files that `read_bytes` is asked for, in order."""
+    names: dict[str, None] = {}
+
+    def record(name: str) -> bool:
+        names[name] = None
+        return True
+
+    with reading_only(record, ""):
+        yield names
+
+
 def is_allowed(path: str) -> bool:
     """Whether the block of `reading_only` around the caller, if there is one, allows a file."""
     return not _why_refused(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.text import KbotError
-from kbot.text.files import check_regular, refuse_lfs_pointer
+from kbot.text.files import read_bytes
 from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ MOST_PIXELS = 50_000_000
 
 Reading as many takes 0.8 GB, and a small file can claim more.
 """
+MOST_BYTES = 8 * MOST_PIXELS
+"""Size of the largest file: a pixel has at most four channels of 16 bits."""
 FORMATS = ("PNG", "PPM", "BMP", "JPEG", "TIFF", "GIF", "WEBP", "TGA")
 """Accepted formats (PPM includes PGM). Others are unsafe: Pillow runs a program to read EPS."""
 
@@ -38,9 +41,8 @@ def read_picture(
 
     file = Path(path)
     try:
-        check_regular(file)
-        refuse_lfs_pointer(file)
-        with Image.open(file, formats=FORMATS) as image:
+        content = BytesIO(read_bytes(file, MOST_BYTES, from_pipe=False))
+        with Image.open(content, formats=FORMATS) as image:
             if image.width * image.height > most_pixels:
                 size = f"{image.width} x {image.height} pixels"
                 raise KbotError(f"the image {file} has {size}, more than {most_pixels} pixels")
