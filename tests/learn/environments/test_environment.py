@@ -63,6 +63,13 @@ def test_is_registered_in_any_order_of_imports(imports):
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
 
 
+def test_is_registered_after_a_search_for_gymnasium():
+    """Programs search for a module to know whether it is installed."""
+    search = "import kbot, importlib.util as u; [u.find_spec('gymnasium') for _ in range(2)]"
+    code = f"{search}; import gymnasium; gymnasium.spec('{GOAL}')"
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
+
+
 def test_import_does_not_import_gymnasium():
     subprocess.run(
         [sys.executable, "-c", "import sys, kbot; assert 'gymnasium' not in sys.modules"], check=True
