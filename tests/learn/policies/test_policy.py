@@ -62,8 +62,31 @@ def test_another_shape_is_one_error(tmp_path: Path) -> None:
         Policy.read(file)
 
 
+LONG = "x" * 10_000
+
+
 @pytest.mark.parametrize(
-    "text", ["", "{", "[]", "{}", '{"format": 99}', json.dumps({"format": 1, "target": "moon"})]
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        "{}",
+        '{"format": 99}',
+        json.dumps({"format": 1, "target": "moon"}),
+        json.dumps({"format": LONG}),
+        *(
+            json.dumps(json.loads(SEEING.to_json()) | {key: LONG})
+            for key in ("target", "linear", "lateral", "lidar", "rate")
+        ),
+        json.dumps(json.loads(SEEING.to_json()) | {"linear": [LONG, LONG]}),
+        json.dumps(json.loads(SEEING.to_json()) | {"lidar": {LONG: 1}}),
+        json.dumps(json.loads(SEEING.to_json()) | {"lidar": {"count": LONG}}),
+        json.dumps(json.loads(SEEING.to_json()) | {"lidar": {"count": 1, "start": LONG}}),
+        json.dumps(json.loads(SEEING.to_json()) | {"lidar": {"count": 1, "reach": LONG}}),
+        json.dumps(json.loads(SEEING.to_json()) | {"lidar": {"count": int("9" * 4000)}}),
+        SEEING.to_json().replace("3.0", "9" * 4000),
+    ],
 )
 def test_a_wrong_description_is_one_error(tmp_path: Path, text: str) -> None:
     file = tmp_path / "policy.onnx"
@@ -71,6 +94,7 @@ def test_a_wrong_description_is_one_error(tmp_path: Path, text: str) -> None:
     with pytest.raises(KbotError, match=f"^policy {file}: ") as caught:
         Policy.read(file)
     assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400 + len(str(file))
 
 
 def test_a_file_that_cannot_be_read_is_one_error(tmp_path: Path) -> None:

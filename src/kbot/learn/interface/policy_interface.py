@@ -30,6 +30,8 @@ _FASTEST, _MOST_SECTORS, _MOST_RATE = 1000.0, 10_000, 1000.0
 """m/s or rad/s, sectors, and Hz, far above those of any robot: only a mistake exceeds them."""
 _LEAST_RATE = 0.1
 """Hz. A run of a policy with fewer commands would wait for the next one for very long."""
+_LONGEST_SHOWN = 200
+"""Characters of an error about a text that may come from a stranger."""
 FORMAT = 1
 """The version of `to_json`. It changes when a policy of an older version would see something else."""
 
@@ -50,7 +52,7 @@ class Sectors:
     def __post_init__(self) -> None:
         if not (isinstance(self.count, int) and 1 <= self.count <= _MOST_SECTORS):
             raise KbotError(
-                f"lidar sectors must be a whole number from 1 to {_MOST_SECTORS}, not {self.count}"
+                f"lidar sectors must be a whole number from 1 to {_MOST_SECTORS}, not {self.count!r}"
             )
         if not 0.0 < self.end - self.start <= 2.0 * math.pi + 1e-9:
             raise KbotError(
@@ -280,8 +282,16 @@ class PolicyInterface:
                 lidar=None if lidar is None else Sectors(**lidar),
                 rate=float(values.pop("rate")),
             )
+        except KbotError as error:
+            raise KbotError(_short(str(error))) from None
         except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
-            raise KbotError(f"not a description of a policy's inputs and actions: {error!r}") from None
+            why = _short(repr(error))
+            raise KbotError(f"not a description of a policy's inputs and actions: {why}") from None
+
+
+def _short(error: str) -> str:
+    """The text of an error, which can contain a value of any length."""
+    return error if len(error) <= _LONGEST_SHOWN else f"{error[:_LONGEST_SHOWN]}…"
 
 
 def _pair(values: list[float]) -> tuple[float, float]:

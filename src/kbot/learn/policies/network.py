@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 MISSING = "policies need ONNX, which is not installed: pip install 'kbot[policy]'"
 MOST_BYTES = 32 * 1024 * 1024
 """Size of the largest file. A network with two layers of 256 neurons has 0.4 MB."""
+MOST_METADATA = 64 * 1024
+"""Bytes of the texts that the file's author added. The description of the inputs has less than 1 kB."""
 MOST_NODES = 2000
 """Operators of the largest network. One with two layers has about ten."""
 MOST_ELEMENTS = 1_000_000
@@ -132,6 +134,8 @@ def check(data: bytes) -> Network:
     """What `read_network` does, in this process. Raises KbotError in the same cases."""
     model = _parsed(data)
     graph = model.graph
+    if sum(each.ByteSize() for each in model.metadata_props) > MOST_METADATA:
+        raise KbotError(f"has more than {MOST_METADATA // 1024} kB of metadata")
     _check_operators(model)
     _check_tensors(graph, len(data))
     known = {tensor.name for tensor in graph.initializer}
@@ -290,16 +294,14 @@ def _check_cost(model: ModelProto) -> None:
             if size < 0:
                 raise KbotError(f"has the tensor {_shown(name)} whose size depends on numbers")
             if size > MOST_ELEMENTS:
-                raise KbotError(
-                    f"has the tensor {_shown(name)} of {size:.3g} numbers, more than {MOST_ELEMENTS:.3g}"
-                )
+                raise KbotError(f"has the tensor {_shown(name)} of more than {MOST_ELEMENTS:,} numbers")
         if node.op_type == "Div" and types.get(node.output[0]) not in _FLOATS:
             raise KbotError(
                 "divides integers, which a policy must not do: a division by zero ends the process"
             )
         work += _work(node, shapes)
     if work > MOST_WORK:
-        raise KbotError(f"needs {work:.3g} multiplications for one step, more than {MOST_WORK:.3g}")
+        raise KbotError(f"needs more than {MOST_WORK:,} multiplications for one step")
 
 
 def _shape_of(value: ValueInfoProto) -> tuple[int, ...]:
