@@ -88,6 +88,14 @@ def test_the_world_is_chosen_before_its_parameters_are_set(is_first: bool) -> No
     }
 
 
+def test_the_world_of_a_battery_that_tests_it_does_not_vary() -> None:
+    assert plan("world=rooms,empty", robot="kbot", scenario="straight").runs == 2
+    with pytest.raises(KbotError, match=r"--set world: the battery slope has its own world, incline:angle="):
+        plan("world=rooms,empty", robot="kbot", scenario="slope")
+    Path("mine.scenario.yaml").write_text(f"world: stairs\n{DRIVE}")
+    assert plan("world=rooms,empty", robot="kbot", scenario="mine.scenario.yaml").runs == 2
+
+
 def test_the_name_of_an_argument_may_contain_a_dot() -> None:
     write_robot('<xacro:arg name="box.size" default="0.1"/>', "$(arg box.size)")
     found = plan("box.size=0.2,0.3")

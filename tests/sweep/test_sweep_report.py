@@ -25,13 +25,13 @@ SPACE = Space(
         Dimension("world", f"empty,{HOSTILE}", Choices(("empty", HOSTILE)), Target.WORLD),
     )
 )
+TASK = Task(Scenario(name="straight", duration=1.0, robot=RobotSource("kbot")))
 
 
 @contextmanager
 def sweep(folder: Path, *objectives: Objective, count: int = 12, space: Space = SPACE) -> Iterator[Sweep]:
     """A sweep in which energy grows with the radius, and time falls with it. The first run failed."""
-    scenario = Scenario(name="straight", duration=1.0, robot=RobotSource("kbot"))
-    plan = Plan(RobotSource("kbot"), space, (Task(scenario),), objectives, Method.LHS, count)
+    plan = Plan(RobotSource("kbot"), space, (TASK,), objectives, Method.LHS, count)
     with Journal(folder / "runs.jsonl", plan.runs) as journal:
         for run in range(count):
             radius = 0.02 + 0.0025 * run
@@ -96,6 +96,17 @@ def test_a_report_without_an_objective(tmp_path: Path) -> None:
     assert headings(text) == ["Parallel coordinates", "Failed runs", "Designs"]
 
 
+def test_designs_that_are_equally_good_are_not_a_pareto_front(tmp_path: Path) -> None:
+    plan = Plan(RobotSource("kbot"), SPACE, (TASK,), (Objective("energy"),), Method.LHS, 3)
+    with Journal(tmp_path / "runs.jsonl", plan.runs) as journal:
+        for run, energy in enumerate((1.0, 1.0, 2.0)):
+            values = (0.02 + 0.01 * run, "empty")
+            journal.append(Row(run, run, values, "straight", 0, True, None, "", {"energy": energy}))
+        write_report(str(tmp_path / "report.html"), Sweep(plan, journal, tmp_path))
+    text = (tmp_path / "report.html").read_text("utf-8")
+    assert headings(text)[0] == "Best designs: 2 are equally good"
+
+
 def test_a_report_of_nothing(tmp_path: Path) -> None:
     text = report(tmp_path, Objective("energy"), count=0)
     assert "No design passed with a value of each objective." in text
@@ -107,7 +118,7 @@ def test_the_run_of_the_chosen_design_is_shown(tmp_path: Path) -> None:
         film = TrialResult("straight", 0, film_problem="off-screen OpenGL is missing")
         write_report(str(tmp_path / "report.html"), made, best, film)
     text = (tmp_path / "report.html").read_text("utf-8")
-    assert "Run of design 1" in text
+    assert "Run of design 1: straight, seed 0" in text
     assert "There is no film: off-screen OpenGL is missing." in text
 
 

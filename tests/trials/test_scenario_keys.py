@@ -67,7 +67,7 @@ def test_several_values_are_replaced() -> None:
         ("steps", 3, "scenario.steps = 3: it is not a single value. Add the key"),
         ("until.x.min", 3, "scenario.until.x.min = 3: there is no 'x': the scenario has none"),
         ("start.x", 3, "scenario.start.x = 3: there is no 'x': the scenario does not give"),
-        ("seeds", 3, "scenario.seeds cannot be replaced"),
+        ("seeds", 3, "scenario.seeds cannot be replaced. Use --set seed=…"),
     ],
 )  # fmt: skip
 def test_errors(path: str, value: float | str, error: str) -> None:

@@ -17,13 +17,14 @@ from kbot.sweep.space import Dimension, Space, Target, parse_space
 from kbot.text import KbotError
 from kbot.text.notes import note
 from kbot.trials.actions import TO_GOALS
+from kbot.trials.batteries import BATTERIES
 from kbot.trials.errors import sentence
 from kbot.trials.places import find_world
 from kbot.trials.pool import Pool, Task
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_keys import with_key
-from kbot.trials.selection import Overrides, require_names, robot_path, select_batteries
+from kbot.trials.selection import ALL, Overrides, require_names, robot_path, select_batteries
 from kbot.worker import WorkerLimits
 from kbot.world import built_in, parameters
 from kbot.xacro import Packages, expand
@@ -91,7 +92,7 @@ def prepare(request: Request, pool: Pool) -> Plan:
     robot = tasks[0].scenario.robot
     if robot is None:
         raise TypeError("a selected battery has a robot")
-    _require_worlds(space, tasks)
+    _require_worlds(request, space, tasks)
     _require_goals([each.name for each in objectives], tasks)
     found = _call(pool, _read, _ReadRequest(robot, space, tuple(tasks)), request.robot)
     space = Space(
@@ -208,7 +209,7 @@ def _first_seeds(tasks: Sequence[Task]) -> list[Task]:
     return list(found.values())
 
 
-def _require_worlds(space: Space, tasks: Sequence[Task]) -> None:
+def _require_worlds(request: Request, space: Space, tasks: Sequence[Task]) -> None:
     """Raises KbotError: a world, or a parameter of the scenarios' world, does not exist."""
     worlds = next((each for each in space.dimensions if each.target is Target.WORLD), None)
     names = [task.scenario.world for task in tasks]
@@ -216,6 +217,13 @@ def _require_worlds(space: Space, tasks: Sequence[Task]) -> None:
         names = [str(value) for value in worlds.domain.samples()]
         for name in names:
             find_world(name, Path())
+        batteries = BATTERIES if ALL in request.scenarios else set(request.scenarios) & set(BATTERIES)
+        for task in tasks:
+            if task.scenario.name in batteries and task.scenario.world != Scenario.world:
+                raise KbotError(
+                    f"--set {worlds.name}: the battery {task.scenario.name} has its own world,"
+                    f" {task.scenario.world}, which tests the robot. Try other worlds with other scenarios"
+                )
     for each in space.dimensions:
         if each.target is Target.WORLD_PARAMETER:
             part = each.name.partition(".")[2]
@@ -305,4 +313,4 @@ def _require_key(scenario: Scenario, dimension: Dimension) -> None:
         except KbotError as error:
             errors.append(error)
     if len(errors) == len(values):
-        raise errors[0]
+        raise KbotError(f"scenario {scenario.name}: {errors[0]}")

@@ -50,7 +50,9 @@ def with_key(scenario: Scenario, path: str, value: KeyValue) -> Scenario:
     """A scenario with another value. Raises KbotError as `with_keys` does."""
     keys = path.split(".")
     if keys[0] in _OWN:
-        raise KbotError(f"scenario.{keys[0]} cannot be replaced")
+        instead = {"world": "world", "seeds": "seed"}.get(keys[0])
+        hint = f". Use --set {instead}=…" if instead else ""
+        raise KbotError(f"scenario.{keys[0]} cannot be replaced{hint}")
     try:
         found: Scenario = _replaced(scenario, Scenario, keys, value)
     except KbotError as error:

@@ -154,12 +154,12 @@ class _Report:
         if not best:
             return _panel("Best designs", "<p>No design passed with a value of each objective.</p>")
         best.sort(key=lambda design: self._best[design.number])
-        title = "Best design" if len(best) == 1 else f"Pareto front: {len(best)} designs"
-        note = (
-            ""
-            if len(best) == 1
-            else "<p class='quiet'>No other design is as good in all objectives and better in one.</p>"
-        )
+        title, note = "Best design", ""
+        if len(best) > 1 and len(self._objectives) == 1:
+            title = f"Best designs: {len(best)} are equally good"
+        elif len(best) > 1:
+            title = f"Pareto front: {len(best)} designs"
+            note = "<p class='quiet'>No other design is as good in all objectives and better in one.</p>"
         return _panel(
             title, note + self._rows(best[:MOST_LABELS]) + _omitted(len(best), MOST_LABELS, "designs")
         )
@@ -170,7 +170,8 @@ class _Report:
         trace = self._film.trace
         shown = film_and_path(self._film, Room()) + (events(trace) if trace is not None else "")
         note = f'<p class="quiet">{escaped(self._title(self._chosen))}</p>'
-        return _panel(f"Run of design {self._chosen.number}", note + shown)
+        run = f"{self._film.name}, seed {self._film.seed}"
+        return _panel(f"Run of design {self._chosen.number}: {run}", note + shown)
 
     def _parallel(self) -> str:
         if not self._shown or len(self._columns) < 2:
