@@ -184,6 +184,14 @@ def test_it_gives_up_at_the_time_limit(blind: Policy) -> None:
     assert controller.update(at(80.1)).linear.x == 0.0
 
 
+def test_time_that_jumps_back_cancels_the_goal(blind: Policy) -> None:
+    """A simulation was reset, so the robot is elsewhere."""
+    controller = PolicyController(blind, PlanarPose(9.0, 0.0))
+    assert controller.update(at(60.0)).linear.x > 0.0
+    assert controller.update(at(0.05)).linear.x == 0.0
+    assert str(controller.status) == "cancelled: the simulation was reset"
+
+
 def test_it_stands_still_while_the_lidar_is_silent() -> None:
     policy = Policy(read_network(towards_goal(SEEING))).with_interface(SEEING)
     controller = PolicyController(policy, PlanarPose(1.0, 0.0))
@@ -193,8 +201,23 @@ def test_it_stands_still_while_the_lidar_is_silent() -> None:
     assert controller.update(at(0.7, obstacles=wall, obstacles_age=0.65)).linear.x == 0.0
     assert controller.status == "driving"
     assert controller.update(at(0.8, obstacles=wall, obstacles_age=0.05)).linear.x > 0.0
+    assert controller.update(at(2.7, obstacles=wall, obstacles_age=1.95)).linear.x == 0.0
+    assert controller.status == "driving"
     assert controller.update(at(2.9, obstacles=wall, obstacles_age=2.15)).linear.x == 0.0
     assert str(controller.status) == "stuck: the lidar has been silent for 2.1 s"
+
+
+def test_a_slow_lidar_may_be_silent_for_longer() -> None:
+    """A scan each 2.5 s: the robot stops after 6.25 s, and gives up after 25 s."""
+    policy = Policy(read_network(towards_goal(SEEING))).with_interface(SEEING)
+    controller = PolicyController(policy, PlanarPose(9.0, 0.0), silence=6.25)
+    wall = np.array([[2.0, 0.0]])
+    assert controller.update(at(0.0, obstacles=wall, obstacles_age=0.0)).linear.x > 0.0
+    assert controller.update(at(6.2, obstacles=wall, obstacles_age=6.2)).linear.x > 0.0
+    assert controller.update(at(24.9, obstacles=wall, obstacles_age=24.9)).linear.x == 0.0
+    assert controller.status == "driving"
+    assert controller.update(at(25.1, obstacles=wall, obstacles_age=25.1)).linear.x == 0.0
+    assert str(controller.status) == "stuck: the lidar has been silent for 25.1 s"
 
 
 def test_a_robot_that_fell_over_gives_up(blind: Policy) -> None:

@@ -33,8 +33,8 @@ INTERFACE_KEY = "kbot_policy"
 """The key of the ONNX file's metadata under which the policy's inputs and actions are described."""
 SILENCE = 0.5
 """s without a scan after which the robot is stopped."""
-GIVE_UP = 2.0
-"""s without a scan after which the goal is given up."""
+GIVE_UP = 4.0
+"""The goal is given up after this many times the seconds without a scan after which the robot is stopped."""
 SLACK, GRACE = 8.0, 60.0
 """A goal may take this many times the time that the straight line needs at full speed, and this many seconds
 more, as a goal without a map."""
@@ -157,7 +157,8 @@ class PolicyController:
             goal: in the frame of the observed poses. The heading at the goal is free.
             arrive: distance in m from the goal that counts as reached.
             timeout: time limit in s, by default from the distance of the goal.
-            silence: seconds without a scan after which the robot is stopped.
+            silence: seconds without a scan after which the robot is stopped. After four times as long, the
+                goal is given up.
 
         Raises: KbotError: the policy has no interface or does not drive to goals, a number is not finite or
         not above 0, or the goal is too far away."""
@@ -174,7 +175,7 @@ class PolicyController:
         self._policy = policy
         self._timeout, self._begun, self._deadline = timeout, math.nan, math.inf
         self._last: Vector = self.interface.no_action
-        self._command, self._due = STILL, -math.inf
+        self._command, self._due, self._time = STILL, -math.inf, -math.inf
 
     @property
     def is_done(self) -> bool:
@@ -190,6 +191,9 @@ class PolicyController:
     def update(self, observation: Observation) -> Twist:
         if self.is_done:
             return STILL
+        if observation.time < self._time:
+            return self.end(GoalState.CANCELLED, "the simulation was reset")
+        self._time = observation.time
         if math.isnan(self._begun):
             self._begin(observation)
         if observation.fallen:
@@ -224,7 +228,7 @@ class PolicyController:
     def _wait_for_scan(self, observation: Observation) -> Twist:
         """Stand still without a scan, and give up after a while."""
         silence = min(observation.obstacles_age, observation.time - self._begun)
-        if silence > GIVE_UP:
+        if silence > GIVE_UP * self.silence:
             return self.end(GoalState.STUCK, f"the lidar has been silent for {silence:.1f} s")
         self._command, self._due = STILL, -math.inf
         return STILL
