@@ -1,6 +1,7 @@
 """The action `policy` of scenarios: a policy drives to a goal."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,17 @@ def test_policies_and_goals_replace_each_other(straight_policy: Path) -> None:
     goals = [event.text for event in result.trace.events if event.text.startswith("goal ")]
     replaced = "goal cancelled: another goal replaced it"
     assert goals == ["goal 0.3, 0", replaced, "goal reached", replaced, "goal reached"]
+
+
+def test_the_pose_estimate_continues_from_step_to_step(straight_policy: Path) -> None:
+    """The wheels slip at the wall of the room, and odometry reaches the goal. So the robot is there again at
+    once."""
+    drive = DriveWithPolicy(str(straight_policy), Point(1.8, 1.8))
+    steps = [Step(drive), Step(drive, at=9.5)]
+    result = run_trial(replace(scenario(), steps=steps, duration=12.0), with_trace=True)
+    first, second = (event.time for event in result.trace.events if event.text == "goal reached")
+    assert first < 9.5
+    assert second == pytest.approx(9.5, abs=0.15)
 
 
 def test_a_robot_without_the_policys_lidar_is_an_error(straight_policy: Path) -> None:

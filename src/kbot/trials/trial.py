@@ -16,6 +16,7 @@ from kbot.model import RobotModel
 from kbot.model.load import load_robot, resolve_robot_path
 from kbot.navigation.goal_status import GoalState
 from kbot.navigation.goals.goals import Goals
+from kbot.navigation.simulated.odometry_estimate import OdometryEstimate
 from kbot.record.record_options import RecordOptions
 from kbot.record.run_outputs import Peers, RunOutputs
 from kbot.sensors.declared import mount_declared
@@ -207,6 +208,7 @@ class _Stage:
         self._waiting: list[Step] = list(scenario.steps)
         self._scripts: list[ScriptSource] = []
         self._goals_on_map: Goals | None = None
+        self._estimate: OdometryEstimate | None = None
         self._goals: Goals | None = None
         """Those that drive the robot now."""
         self._goal_reports = 0
@@ -249,7 +251,8 @@ class _Stage:
         self._go(self._goals_on_map, goal, timeout)
 
     def go_with_policy(self, policy: Policy, goal: PlanarPose, arrive: float, timeout: float | None) -> None:
-        self._go(policy_goals(self.simulation, policy, arrive), goal, timeout)
+        self._estimate = self._estimate or OdometryEstimate(self.simulation)
+        self._go(policy_goals(self.simulation, policy, arrive, self._estimate), goal, timeout)
 
     def _go(self, goals: Goals, goal: PlanarPose, timeout: float | None) -> None:
         """Drive to a goal. It replaces the goal of others."""

@@ -144,6 +144,47 @@ def test_goals_follow_each_other(simulation: kbot.Simulation, straight_policy: P
     assert abs(simulation.ground_truth.twist.x) < 1e-3
 
 
+def test_the_pose_estimate_continues_from_goal_to_goal(
+    simulation: kbot.Simulation, straight_policy: Path
+) -> None:
+    """The wheels slip at the wall, so odometry is off from then on, until the robot is placed elsewhere."""
+    goals = policy_goals(simulation, Policy.read(straight_policy))
+    goals.go(PlanarPose(1.8, 1.8))
+    simulation.run(9.0)
+
+    def error() -> float:
+        true, believed = simulation.ground_truth.pose, goals.pose
+        return math.hypot(true.x - believed.x, true.y - believed.y)
+
+    assert simulation.collided
+    before = error()
+    assert before > 0.3
+    goals.cancel()
+    simulation.run(0.5)
+    goals.go(PlanarPose(0.0, 0.0))
+    simulation.run(0.1)
+    assert error() == pytest.approx(before, abs=0.1)
+    goals.place(PlanarPose(0.5, 0.5))
+    assert error() < 1e-6
+    goals.go(PlanarPose(0.5, 0.5))
+    assert error() < 1e-6
+    goals.cancel()
+    simulation.run(0.1)
+    simulation.reset()
+    simulation.run(1.0)
+    assert error() < 1e-3
+
+
+def test_a_reset_cancels_a_goal(simulation: kbot.Simulation, straight_policy: Path) -> None:
+    goals = policy_goals(simulation, Policy.read(straight_policy))
+    goals.go(PlanarPose(0.9, 0.0))
+    simulation.run(1.0)
+    simulation.reset()
+    simulation.run(0.5)
+    assert str(goals.status) == "cancelled: the simulation was reset"
+    assert abs(simulation.ground_truth.pose.x) < 0.01
+
+
 def test_goals_of_a_robot_that_does_not_fit_are_refused(straight_policy: Path) -> None:
     goals = policy_goals(kbot.Simulation("kbot"), Policy.read(straight_policy))
     with pytest.raises(KbotError, match="declares no level lidar"):

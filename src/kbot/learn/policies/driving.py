@@ -16,6 +16,7 @@ from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.goals.goals import Goals
 from kbot.navigation.simulated.lidars import LidarPoints, level_lidar
+from kbot.navigation.simulated.odometry_estimate import OdometryEstimate
 from kbot.navigation.simulated.pilot import Pilot
 from kbot.navigation.simulated.trip import Trip, judged, run_trip
 from kbot.sensors.lidar import LidarSensor
@@ -76,18 +77,27 @@ def _require_view(sectors: Sectors, lidar: LidarSensor | None, name: str) -> Non
 
 
 class WithPolicy:
-    """A `GoalNavigation`: drives to one goal after another with a policy, without a map."""
+    """A `GoalNavigation`: drives to one goal after another with a policy, without a map.
+
+    The robot's pose at the first goal is its start pose. The estimate then continues from goal to goal. If
+    the robot is placed while it has no goal, or the simulation is reset, it gets the new pose."""
 
     surroundings: Literal["none"] = "none"
 
-    def __init__(self, simulation: Simulation, policy: Policy, arrive: float = ARRIVE) -> None:
-        """`arrive`: radius in m within which a goal is reached."""
+    def __init__(
+        self,
+        simulation: Simulation,
+        policy: Policy,
+        arrive: float = ARRIVE,
+        estimate: OdometryEstimate | None = None,
+    ) -> None:
+        """`arrive`: radius in m within which a goal is reached. `estimate`: the robot's pose, by default one
+        that begins at the first goal."""
         self._simulation, self._policy, self._arrive = simulation, policy, arrive
+        self._estimate = estimate
         self._lidar: LidarSensor | None = None
         self._controller: PolicyController | None = None
-        self._pilot: Pilot | None = None
         self._is_set_up = False
-        self._time = -math.inf
         self._after: Callable[[], None] = lambda: None
         self.path = None
         self.grid = None
@@ -98,11 +108,12 @@ class WithPolicy:
 
     @property
     def pose(self) -> PlanarPose:
-        """The pose by odometry since the last goal began; the start pose before the first."""
-        simulation = self._simulation
-        if self._pilot is None:
-            return simulation.ground_truth.pose
-        return self._pilot.start @ simulation.odometry.pose
+        """The robot's estimate; its start pose before the first goal."""
+        if self._estimate is None:
+            return self._simulation.ground_truth.pose
+        if self._controller is None or self._controller.is_done:
+            self._estimate.look_for_jump()
+        return self._estimate.pose
 
     def set_up(self) -> None:
         """Before the first goal, fit the policy to the robot. Raises KbotError: it does not fit."""
@@ -114,22 +125,19 @@ class WithPolicy:
     def go(self, goal: PlanarPose, timeout: float | None, any_heading: bool) -> None:
         """Replace the current goal, whose heading is always free. Raises KbotError as `PolicyController`."""
         self._controller = PolicyController(self._policy, goal, self._arrive, timeout, _silence(self._lidar))
-        self._time = self._simulation.time
 
     def drive(self, after: Callable[[], None]) -> Pilot:
         self._after = after
         seen = LidarPoints(self._lidar) if self._lidar else None
         rate = self._policy.required_interface.rate
-        self._pilot = Pilot(self._simulation, self, rate, "odometry", seen)
-        return self._pilot
+        self._estimate = self._estimate or OdometryEstimate(self._simulation)
+        self._estimate.look_for_jump()
+        return Pilot(self._simulation, self, rate, "odometry", seen, self._estimate)
 
     def update(self, observation: Observation) -> Twist:
         controller = self._controller
         if controller is None:
             return STILL
-        if observation.time < self._time:
-            self.cancel("the simulation was reset")
-        self._time = observation.time
         wanted = controller.update(observation)
         self._after()
         return wanted
@@ -151,9 +159,16 @@ class WithPolicy:
             self._controller.end(state, reason)
 
 
-def policy_goals(simulation: Simulation, policy: Policy, arrive: float = ARRIVE) -> Goals:
-    """Goals to which the simulation's robot drives with a policy. They are refused if it does not fit."""
-    return Goals(simulation, WithPolicy(simulation, policy, arrive))
+def policy_goals(
+    simulation: Simulation,
+    policy: Policy,
+    arrive: float = ARRIVE,
+    estimate: OdometryEstimate | None = None,
+) -> Goals:
+    """Goals to which the simulation's robot drives with a policy. They are refused if it does not fit.
+
+    `estimate` is the robot's pose, to continue that of other goals."""
+    return Goals(simulation, WithPolicy(simulation, policy, arrive, estimate))
 
 
 def go_to_with_policy(
@@ -190,7 +205,7 @@ def go_to_with_policy(
         arrive,
         rate,
         lambda: controller.status,
-        lambda: pilot.start @ simulation.odometry.pose,
+        lambda: pilot.estimate.pose,
         pilot.close,
     )
     return judged(trip) if trip.reached else trip  # a policy that passed its goal, and did not stop, is stuck

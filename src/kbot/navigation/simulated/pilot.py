@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kbot.navigation.controller import Controller, Observation
 from kbot.navigation.simulated.fall import describe_fall
+from kbot.navigation.simulated.odometry_estimate import OdometryEstimate
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
@@ -25,8 +26,7 @@ Seen = Callable[[], tuple[NDArray[np.float64] | None, float]]
 class Pilot:
     """Lets a controller drive a simulation's robot until it is closed.
 
-    The controller gets the true pose, as from a perfect localisation, or the pose from odometry since
-    `start`."""
+    The controller gets the true pose, as from a perfect localisation, or the pose from odometry."""
 
     def __init__(
         self,
@@ -35,12 +35,14 @@ class Pilot:
         rate: float = RATE,
         pose: PoseSource = "ground_truth",
         seen: Seen | None = None,
+        estimate: OdometryEstimate | None = None,
     ) -> None:
-        """`seen` returns the obstacles and the time at which they were detected, as `LidarPoints` does."""
+        """`seen` returns the obstacles and the time at which they were detected, as `LidarPoints` does.
+        `estimate` is the pose from odometry, by default one that begins now."""
         if pose not in ("ground_truth", "odometry"):
             raise KbotError(f"pose must be 'ground_truth' or 'odometry', not '{pose}'")
         self._simulation, self._controller, self._source, self._seen = simulation, controller, pose, seen
-        self.start = simulation.ground_truth.pose @ simulation.odometry.pose.inverse()
+        self.estimate = estimate or OdometryEstimate(simulation)
         self._timer = simulation.clock.every(rate, self.tick)
 
     def observe(self) -> Observation:
@@ -51,7 +53,7 @@ class Pilot:
             pose = motion.pose
         else:
             motion = sim.odometry
-            pose = self.start @ motion.pose
+            pose = self.estimate.pose
         return Observation(sim.time, pose, motion.twist, points, sim.time - seen_at, describe_fall(sim))
 
     def tick(self) -> None:

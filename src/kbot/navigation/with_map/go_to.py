@@ -70,7 +70,7 @@ def go_to(
         driver.settings.limits.distance,
         RATE,
         report,
-        lambda: pilot.start @ simulation.odometry.pose,
+        lambda: pilot.estimate.pose,
         pilot.close,
     )
     return replace(trip, shortest=first_path, map="given")
