@@ -151,6 +151,9 @@ def test_a_policy_drives_to_the_first_goal_and_to_those_of_the_page(straight_pol
     states = _states(session)
     _advance(session, 5.0)
     assert states == ["accepted", "driving", "reached"]
+    topics = session._motion.bus.topics
+    assert "/move_base/current_goal" in topics
+    assert "/plan" not in topics  # the page would warn that it is silent
     session.handle(_goal(0.6, 0.5), 1)
     _advance(session, 6.0)
     assert states[-2:] == ["driving", "reached"]

@@ -80,7 +80,8 @@ def test_a_clicked_goal_is_reached_through_a_maze(maze: tuple[str, Session], ope
     page.mouse.up()
     until(lambda: tool(page, "Interact").get_attribute("aria-pressed") == "true")
     until(lambda: page.locator(".goal").inner_text().startswith("Driving to the goal"))
-    until(lambda: page.locator(".display[data-display=Path] .lamp[data-level=ok]").count())
+    for kind in ("Path", "Pose"):
+        until(lambda kind=kind: page.locator(f".display[data-display={kind}] .lamp[data-level=ok]").count())
     session.speed = 5.0
     until(lambda: page.locator(".goal").inner_text().startswith("Goal reached"), seconds=300)
     x, y, yaw = pose(session)

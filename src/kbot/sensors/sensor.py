@@ -31,8 +31,8 @@ _OTHERS = frozenset(
     {
         "/clock", "/tf", "/tf_static", "/robot_description", "/map", "/map_metadata", "/plan",
         "/navigation_status", "/goal_pose", "/move_base_simple/goal", "/move_base/NavfnROS/plan",
-        "/move_base/goal", "/move_base/cancel", "/move_base/status", "/move_base/feedback",
-        "/move_base/result", "/initialpose", "/clicked_point", "/contacts",
+        "/move_base/current_goal", "/move_base/goal", "/move_base/cancel", "/move_base/status",
+        "/move_base/feedback", "/move_base/result", "/initialpose", "/clicked_point", "/contacts",
     }
 )  # fmt: skip
 _KBOT = "/kbot/"

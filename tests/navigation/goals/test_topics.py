@@ -34,6 +34,10 @@ def test_a_goal_on_a_topic_is_reached_and_its_states_are_published(simulation, t
     simulation.bus.publish(topic, _goal(0.6, 0.6, 1.0))
     simulation.run(30.0)
     assert [m.data for m in states] == ["accepted", "driving", "reached"]
+    (goal,) = _subscribe(simulation, "move_base/current_goal", PoseStamped)  # latched
+    assert goal.header.frame_id == "odom"
+    assert (goal.pose.position.x, goal.pose.position.y) == pytest.approx((0.6, 0.6))
+    assert goal.pose.orientation.yaw == pytest.approx(1.0)
     end = plans[0].poses[-1].pose.position
     assert (end.x, end.y) == pytest.approx((0.6, 0.6))
     pose = simulation.ground_truth.pose

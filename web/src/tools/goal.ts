@@ -34,11 +34,17 @@ export function onGoal(app: App, onState: (state: string, reason: string, time: 
   });
 }
 
-/** Adds a display of the planned path, unless there is one. */
+/** Adds a display of the goal, and of the path to it, unless there is one. A policy drives without a path. */
 function showWay(app: App): void {
-  if (app.displays.all.value.some((display) => display.kind === "Path")) return;
-  const added = app.displays.add("Path");
-  if (added !== null) app.displays.set(added.id, "topic", "/plan");
+  for (const [kind, topic] of [
+    ["Pose", "/move_base/current_goal"],
+    ["Path", "/plan"],
+  ] as const) {
+    if (app.displays.all.value.some((display) => display.kind === kind)) continue;
+    if (!app.topics.list.value.some(({ name }) => name === topic)) continue;
+    const added = app.displays.add(kind);
+    if (added !== null) app.displays.set(added.id, "topic", topic);
+  }
 }
 
 /** The text of a state and its reason. */

@@ -61,6 +61,11 @@ class Goals:
         return self._navigation.surroundings == "costs"
 
     @property
+    def plans(self) -> bool:
+        """Whether goals have a path. A policy drives without one."""
+        return self._navigation.surroundings != "none"
+
+    @property
     def grid(self) -> OccupancyGrid | None:
         """The map, which is made for `prepare` or the first goal. Without a map, the costs around the robot.
         None before that."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.messages import String, Twist, TwistStamped
+from kbot.messages import Header, String, Twist, TwistStamped
 from kbot.messages.bus import Publisher
 from kbot.messages.clock import Timer
 from kbot.messages.navigation import OccupancyGrid, PoseStamped, PoseWithCovarianceStamped
@@ -13,7 +13,7 @@ from kbot.messages.navigation import Path as PathMessage
 from kbot.navigation.goal_status import GoalState
 from kbot.navigation.goals.goals import Goals
 from kbot.navigation.goals.move_base_action import ACTION, ACTION_TOPICS, MoveBaseAction
-from kbot.navigation.path import Path, from_pose_stamped
+from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
 from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -25,6 +25,8 @@ GOALS = ("goal_pose", "move_base_simple/goal")
 PLACE = "initialpose"
 PLANS = ("plan", f"{ACTION}/NavfnROS/plan")
 """The topics on which rviz2 and rviz expect the path from Nav2 and from ROS 1's move_base."""
+CURRENT_GOAL = f"{ACTION}/current_goal"
+"""The topic on which rviz expects the current goal from ROS 1's move_base."""
 COSTMAPS = (f"{ACTION}/local_costmap/costmap", "local_costmap/costmap")
 """The topics on which rviz and rviz2 expect the costs around the robot."""
 MAP, STATUS = "map", "navigation_status"
@@ -32,19 +34,22 @@ WORLD = ("", "map", "world")
 """Frame names of goals that mean the world, because the simulation knows the true pose of its robot."""
 MAP_POLL_RATE = 10.0
 """Checks per second whether a map that is being made is finished."""
-TOPICS = frozenset(f"/{name}" for name in (*GOALS, *ACTION_TOPICS, PLACE, *PLANS, *COSTMAPS, MAP, STATUS))
+TOPICS = frozenset(
+    f"/{name}" for name in (*GOALS, *ACTION_TOPICS, PLACE, *PLANS, CURRENT_GOAL, *COSTMAPS, MAP, STATUS)
+)
 
 
 class NavigationTopics:
     """Subscribes to goals and publishes the navigation's path, map and state.
 
     It receives goals by the action `move_base`. A PoseStamped on `goal_pose` or `move_base_simple/goal`
-    becomes a goal of the action, as in ROS. Another command of the robot cancels the goal. The path is
-    published as a Path on `plan` and `move_base/NavfnROS/plan`, the map on `map`, and each change of state as
+    becomes a goal of the action, as in ROS. Another command of the robot cancels the goal. The goal is
+    published as a PoseStamped on `move_base/current_goal`, the path as a Path on `plan` and
+    `move_base/NavfnROS/plan` unless the navigation plans none, the map on `map`, and each change of state as
     a String on `navigation_status`. Without a map, the costs around the robot are published with each path. A
     pose estimate (`initialpose`) places the robot at that pose.
 
-    The path, the map and the costs are in the frame of odometry, because `map` -> `odom` is left to
+    The goal, the path, the map and the costs are in the frame of odometry, because `map` -> `odom` is left to
     localisation. The map is made when it is first needed, and again if a goal is beyond it."""
 
     def __init__(self, simulation: Simulation, goals: Goals | None = None) -> None:
@@ -61,7 +66,9 @@ class NavigationTopics:
         settings, naming = robot.settings, robot.naming
         self._prefix = naming.frame_prefix
         self._odometry_frame = self._prefix + (settings.odometry_frame if settings is not None else "odom")
-        self._plans = [bus.advertise(topic, PathMessage, latched=True) for topic in PLANS]
+        self._goal = bus.advertise(CURRENT_GOAL, PoseStamped, latched=True)
+        plans = PLANS if self.goals.plans else ()
+        self._plans = [bus.advertise(topic, PathMessage, latched=True) for topic in plans]
         self._status = bus.advertise(STATUS, String, latched=True)
         self._frames = ForeignFrames(bus)
         self._frames.subscribe()
@@ -197,8 +204,13 @@ class NavigationTopics:
             for plan in self._plans:
                 plan.publish(placed.to_message(self._simulation.clock.stamp))
             self._publish_costmap()
-        current = self.goals.count, str(self.goals.status)
-        if self.goals.status is not None and current != self._published:
+        status = self.goals.status
+        current = self.goals.count, str(status)
+        if status is not None and current != self._published:
+            if self.goals.count != self._published[0]:
+                seen = self._world_from_odom().inverse() @ status.goal
+                header = Header(self._simulation.clock.stamp, self._odometry_frame)
+                self._goal.publish(to_pose_stamped(seen, header))
             self._publish_status(current[1])
 
     def _refuse(self, error: KbotError) -> None:
