@@ -139,7 +139,6 @@ def synthetic(
         poses=poses,
         commands=absent[:, :2],
         gyro=absent[:, 0],
-        place=str,
     )
     values = (float(left), float(right), separation, *lever.tolist(), yaw)
     return dict(zip(KINEMATIC, values, strict=True)), log
@@ -223,7 +222,6 @@ def of_tuples(name: str, tuples: list[dict[str, object]]) -> DriveLog:
         poses=absent,
         commands=absent[:, :2],
         gyro=absent[:, 0],
-        place=str,
     )
 
 

@@ -65,7 +65,8 @@ def test_numbers_that_no_robot_has_are_one_error(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ([], "expected a LOG and a FILE, not 0 files"),
+        ([], "expected LOG and FILE, got 0 arguments"),
+        (["LOG"], "expected LOG and FILE, got 1 argument\n"),
         (["missing.csv", "kbot"], "missing.csv"),
         (["LOG", "missing.xacro"], "missing.xacro"),
         (["LOG", "kbot", "wheel_radios:=1"], "wheel_radios"),

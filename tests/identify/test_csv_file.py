@@ -89,6 +89,10 @@ BAD = {
     "half a command": (HEADER + ",cmd_v", ":1:1: the column 'cmd_w' is missing"),
     "too few cells": (f"{HEADER}\n{ROWS}1,2,3", ":7:1: the row has 3 cells, and the header 6"),
     "too many cells": (f"{HEADER}\n{ROWS}1,2,3,4,5,6,7", ":7:1: the row has 7 cells"),
+    "a large number": (
+        f"{HEADER}\n1,1,1,2e6,0,0",
+        ":2:7: displacement_x is 2e6: the largest accepted value is 1e+06. Check the unit",
+    ),
     "a word": (f"{HEADER}\n1,1, one,1,0,0", ":2:6: right_wheel_velocity is not a number: 'one'"),
     "nan": (f"{HEADER}\n1,1,nan,1,0,0", ":2:5: right_wheel_velocity is nan. Leave the cell empty"),
     "infinity": (f"{HEADER}\n1,1,1,inf,0,0", ":2:7: displacement_x is inf"),

@@ -10,7 +10,7 @@ from kbot.identify.identification import KINEMATIC, identify
 from kbot.identify.log import Motions
 from kbot.identify.noise import Noise, Sources
 from kbot.identify.nominal import read_nominal
-from kbot.identify.observability import shown_by
+from kbot.identify.observability import observability
 from kbot.identify.odometry_model import CURVATURE, Linearization
 
 from .synthetic import DISPLACEMENTS, POSES, Truth, chained, rotation, rows, speeds, write
@@ -154,7 +154,7 @@ def test_the_bias_from_encoder_noise_is_that_of_theory(rng):
     white = (model.derivatives * scales * weights[:, :, None]).reshape(-1, 6)
     share = 2.0 * slip**2 * np.mean(angles**2) / np.var(angles[:, 1] - angles[:, 0])
     expected = share / (1.0 - share)  # of the estimate, which is 1 - share of the truth
-    assert shown_by(model, noise, white, scales).bias[CURVATURE] == pytest.approx(expected, rel=0.05)
+    assert observability(model, noise, white, scales).bias[CURVATURE] == pytest.approx(expected, rel=0.05)
 
 
 def test_intervals_contain_the_bias_from_encoder_noise(tmp_path):

@@ -78,7 +78,7 @@ def command(
             fail("--yes writes without a question, and needs --fix")
         names, values = split_arguments(words)
         if len(names) != 2:
-            fail(f"expected a LOG and a FILE, not {len(names)} files")
+            fail(f"expected LOG and FILE, got {len(names)} argument{'' if len(names) == 1 else 's'}")
         request = _Request(names[0], names[1], values, sensor, reference, package_path)
         with busy("identifying"):
             log, nominal, result = _identify(request)

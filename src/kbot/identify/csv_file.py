@@ -69,7 +69,6 @@ class _Reader:
             poses=together(POSE),
             commands=together(COMMANDS),
             gyro=together([GYRO])[:, 0],
-            place=self._place,
         )
 
     def _check_header(self, line: str, names: Sequence[str]) -> None:
@@ -136,7 +135,9 @@ class _Reader:
             largest = _LATEST if name == "time" else _LARGEST
             if abs(value) > largest:
                 self._fail(
-                    number, _column(line, index), f"{name} is {text}: more than {largest:g} is an error"
+                    number,
+                    _column(line, index),
+                    f"{name} is {text}: the largest accepted value is {largest:g}. Check the unit",
                 )
             if name == "duration" and value <= 0.0:
                 self._fail(number, _column(line, index), f"the duration must be above 0 s, not {text}")
@@ -164,9 +165,6 @@ class _Reader:
                 f"the clock jumps ahead by {durations[index]:.6g} s. Split the log at this line",
             )
         return durations
-
-    def _place(self, index: int) -> str:
-        return f"{self._path}:{self._lines[index]}"
 
     def _fail(self, line: int, column: int, text: str) -> NoReturn:
         raise KbotError(f"{self._path}:{line}:{column}: {text}")

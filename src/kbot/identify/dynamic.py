@@ -1,7 +1,9 @@
 """Estimates how the wheels follow commands, and the scale of the gyro.
 
 The wheels follow commanded speeds u with a scale K, a delay d and a time constant T:
-T dy/dt + y = K u(t - d). The drive's controller in the description computes u from a twist.
+T dy/dt + y = K u(t - d). The drive's controller in the description computes u from a twist. This is the usual
+model of a controlled motor, a first-order lag with a dead time: K. Åström and T. Hägglund, Advanced PID
+Control, ISA, 2006.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ _TIME_CONSTANTS = (0.005, 0.03, 0.1, 0.25, 0.6, 1.5)
 _FEWEST = 20
 """Intervals with commands and wheel speeds."""
 _FEWEST_CHANGES = 3
-"""Changes of the command, without which neither a delay nor a time constant is seen."""
+"""Changes of the command, without which neither a delay nor a time constant is observable."""
 _OUTLIER = 5.0
 """Error of an interval that is left out, in robust standard deviations: a wheel that is blocked."""
 
@@ -48,7 +50,7 @@ def gyro_scale(log: DriveLog, motions: Motions, is_outlier: NDArray[np.bool_]) -
     show is their instrument: it is correlated with both, and not with their noise (P. Wright, The Tariff on
     Animal and Vegetable Oils, 1928, appendix B).
 
-    None if the log does not show it.
+    The turns are in rad, and the scale has no unit. None if the log does not show it.
     """
     durations = np.nan_to_num(log.durations)
     turned = _sums(log.gyro * durations, motions)
@@ -89,7 +91,10 @@ def _sums(values: Array, motions: Motions) -> Array:
 
 
 def response(log: DriveLog, nominal: Nominal) -> dict[str, Interval]:
-    """How the wheels follow the commands: the scale, delay and time constant, if the log shows them."""
+    """How the wheels follow the commands: the scale, the delay in s and the time constant in s.
+
+    A parameter that the log does not show is absent.
+    """
     durations = np.nan_to_num(log.durations)
     ends = np.cumsum(durations)
     starts = ends - durations
@@ -114,7 +119,7 @@ def response(log: DriveLog, nominal: Nominal) -> dict[str, Interval]:
         # the response differs from the model most where the command changes: only gross errors are left out
         kept = errors < np.maximum(_OUTLIER * spread, 0.3 * np.abs(measured).max())
     start = _fitted(model, measured, kept, start)
-    return _shown(model, measured, kept, start, float(np.median(durations[used])))
+    return _observable(model, measured, kept, start, float(np.median(durations[used])))
 
 
 def _wheel_commands(log: DriveLog, nominal: Nominal) -> Array:
@@ -179,7 +184,7 @@ def _fitted(model: _Response, measured: Array, kept: NDArray[np.bool_], start: A
     return found
 
 
-def _shown(
+def _observable(
     model: _Response, measured: Array, kept: NDArray[np.bool_], found: Array, interval: float
 ) -> dict[str, Interval]:
     """The intervals of the parameters that the log shows. Times are never negative."""
@@ -199,13 +204,13 @@ def _shown(
         return {}
     left = (measured - scale * model.unit(delay, constant))[kept].ravel()
     halves = half_widths(derivatives, left, np.eye(derivatives.shape[1]), 2)
-    shown = {}
+    observable = {}
     for name, value, half in zip(
         (ENCODER, DELAY, TIME_CONSTANT), found.tolist(), halves.tolist(), strict=False
     ):
         if name == ENCODER:
             if half < 0.5 * abs(value):
-                shown[name] = Interval(value, value - half, value + half)
+                observable[name] = Interval(value, value - half, value + half)
         elif half < max(0.5 * value, interval):
-            shown[name] = Interval(value, max(value - half, 0.0), value + half)
-    return shown
+            observable[name] = Interval(value, max(value - half, 0.0), value + half)
+    return observable

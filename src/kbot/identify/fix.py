@@ -125,7 +125,7 @@ class _Search:
             for name in (LEFT_RADIUS, RIGHT_RADIUS)
             if name in self._found.parameters
         ]
-        mean = _round_like(sum(values) / 2.0, estimates[0])
+        mean = round(sum(values) / 2.0, estimates[0].decimals)
         if all(estimate.low <= mean <= estimate.high for estimate in estimates):
             values = [mean, mean]
         sides = (self._nominal.drive.left, self._nominal.drive.right)
@@ -306,13 +306,4 @@ def _is_close(text: str, value: float | None) -> bool:
 
 
 def _rounded(estimate: Estimate) -> float:
-    return _round_like(estimate.value, estimate)
-
-
-def _round_like(value: float, estimate: Estimate | None) -> float:
-    """A value to a tenth of the last digit that its interval justifies."""
-    if estimate is None:
-        return round(value, 6)
-    width = estimate.high - estimate.low
-    digits = 2 - math.floor(math.log10(width)) if width > 0.0 else 6
-    return round(value, min(max(digits, 3), 6))
+    return round(estimate.value, estimate.decimals)

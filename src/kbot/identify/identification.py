@@ -119,13 +119,13 @@ def _add_dynamic(
     unobservable: dict[str, str],
 ) -> None:
     """Add how the wheels follow commands, and the scale of the gyro."""
-    shown = response(log, nominal)
+    observable = response(log, nominal)
     scale = gyro_scale(log, motions, is_outlier)
     if scale is not None and scale.high - scale.low < 2.0 * _WIDEST:
-        shown[GYRO] = scale
+        observable[GYRO] = scale
     for name, (unit, usual, needed) in _DYNAMIC.items():
-        if name in shown:
-            each = shown[name]
+        if name in observable:
+            each = observable[name]
             estimates[name] = Estimate(each.value, each.low, each.high, unit, usual)
         else:
             unobservable[name] = needed

@@ -18,7 +18,7 @@ from scipy.stats import chi2
 from kbot.identify.intervals import DEVIATION_OF_MAD, half_widths
 from kbot.identify.log import Array, Motions, wrapped
 from kbot.identify.noise import SMALLEST, Noise, Sources, estimate_noise, whitened
-from kbot.identify.observability import is_seen, shown_by
+from kbot.identify.observability import is_observable, observability
 from kbot.identify.odometry_model import (
     COUNT,
     CURVATURE,
@@ -48,7 +48,7 @@ _ROUNDS = 12
 """Rounds of an estimate and its outliers, after which they are used as they are."""
 _STEPS = 30
 """Steps of a search, and halvings of one step, after which it ends as it is."""
-_HIDDEN_SIZE = 2.0
+_UNOBSERVABLE_SIZE = 2.0
 """Combinations of parameters that the log does not show are within this many typical sizes."""
 _LARGEST_LEAK = 0.05
 """Largest effect of such combinations on a parameter that the log shows, relative to their sizes."""
@@ -101,17 +101,17 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
         noise = _noise(kept, noise)
     kept = _kept(model, is_outlier)
     _, white, white_left = _weighted(kept, noise, scales)
-    shown = shown_by(kept, noise, white, scales)
-    leaks = np.abs(shown.hidden).sum(axis=0)
-    is_shown = leaks < _LARGEST_LEAK
+    found = observability(kept, noise, white, scales)
+    leaks = np.abs(found.unobservable).sum(axis=0)
+    is_observed = leaks < _LARGEST_LEAK
     widths = np.full(COUNT, np.inf)
-    known = _WIDER * half_widths(white @ shown.basis.T, white_left, shown.basis.T[is_shown], 3)
-    uncertain = np.stack([known, _HIDDEN_SIZE * leaks[is_shown], shown.bias[is_shown]])
-    widths[is_shown] = np.linalg.norm(uncertain, axis=0) * scales[is_shown]
-    found = np.where(is_shown, parameters, np.nan)
+    known = _WIDER * half_widths(white @ found.observable.T, white_left, found.observable.T[is_observed], 3)
+    uncertain = np.stack([known, _UNOBSERVABLE_SIZE * leaks[is_observed], found.bias[is_observed]])
+    widths[is_observed] = np.linalg.norm(uncertain, axis=0) * scales[is_observed]
+    estimate = np.where(is_observed, parameters, np.nan)
     if held is not None:
-        found[held], widths[held] = parameters[held], 0.0
-    return KinematicFit(found, widths, is_outlier, model.residuals)
+        estimate[held], widths[held] = parameters[held], 0.0
+    return KinematicFit(estimate, widths, is_outlier, model.residuals)
 
 
 def _kept(model: Linearization, is_outlier: NDArray[np.bool_]) -> Linearization:
@@ -259,8 +259,8 @@ def _least_squares(model: Linearization, noise: Noise, scales: Array) -> Array:
     cost = float(white_left @ white_left)
     for _ in range(_STEPS):
         u, values, directions = np.linalg.svd(white, full_matrices=False)
-        seen = is_seen(values)
-        step = directions[seen].T @ ((u[:, seen].T @ white_left) / values[seen]) * scales
+        kept = is_observable(values)
+        step = directions[kept].T @ ((u[:, kept].T @ white_left) / values[kept]) * scales
         for _ in range(_STEPS):
             trial: Array = parameters + step
             white_left = _whitened_residuals(factor, residuals(trial, motions))
@@ -282,7 +282,7 @@ def _outliers(model: Linearization, noise: Noise) -> NDArray[np.bool_]:
     """Displacements that differ from their prediction.
 
     Each is compared alone, whatever its neighbours are. If one that is correlated with them were compared
-    with them, it could become an outlier and again none, round after round.
+    with them, it could alternate between outlier and inlier.
     """
     left = np.nan_to_num(model.residuals)
     covariances = Sources(model).covariances(noise.squares())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,9 +31,10 @@ class DriveLog:
                    rad). All NaN if the log has `poses`
     poses          (N, 3), pose of the sensor at the end of the interval in any fixed frame. All NaN if the
                    log has `displacements`
-    commands       (N, 2), commanded forward speed in m/s and turning speed in rad/s
+    commands       (N, 2), the commanded twist of the base in its own frame at the start of the interval:
+                   forward speed in m/s, and counterclockwise turning speed in rad/s. NaN before the first
+                   command
     gyro           (N,), turning speed in rad/s that the gyro measured
-    place          where the interval of an index is in the file, for messages
     """
 
     path: str
@@ -44,11 +44,6 @@ class DriveLog:
     poses: Array
     commands: Array
     gyro: Array
-    place: Callable[[int], str]
-
-    @property
-    def seconds(self) -> float:
-        return float(np.nansum(self.durations))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,8 +1,10 @@
 """The covariance of the residuals of a log, with the sizes of its sources estimated from the residuals.
 
 The sources are white noise of each displacement (scan matching), noise of each pose (a localisation; two
-displacements share it) and slip of each wheel. The covariance is a band matrix in the order of time, so that
-a log of an hour takes seconds.
+displacements share it) and slip of each wheel. Slip with a variance proportional to the travel is that of
+K. Chong and L. Kleeman (Accurate Odometry and Error Modelling for a Mobile Robot, ICRA 1997). KBot adds slip
+that is a constant share of the travel in a displacement, because a floor changes more slowly. The covariance
+is a band matrix in the order of time, so that a log of an hour takes seconds.
 """
 
 from __future__ import annotations

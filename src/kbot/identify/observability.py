@@ -31,37 +31,37 @@ _STEP = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class Observability:
     """What a log shows, in units of the parameters' typical sizes.
 
-    basis   (k, 6) orthonormal combinations that the log shows
-    hidden  (6 - k, 6) the others
-    bias    (6,) the bias of the parameters if all errors are noise of the encoders
+    observable    (k, 6) orthonormal combinations that the log shows
+    unobservable  (6 - k, 6) the others
+    bias          (6,) the bias of the parameters if all errors are noise of the encoders
     """
 
-    basis: Array
-    hidden: Array
+    observable: Array
+    unobservable: Array
     bias: Array
 
 
-def is_seen(values: Array) -> NDArray[np.bool_]:
+def is_observable(values: Array) -> NDArray[np.bool_]:
     """Which combinations have an effect on the log, from the singular values of whitened derivatives."""
-    seen: NDArray[np.bool_] = values > max(_SINGULAR * values[0], 1.0 / _UNCERTAIN)
-    return seen
+    observable: NDArray[np.bool_] = values > max(_SINGULAR * values[0], 1.0 / _UNCERTAIN)
+    return observable
 
 
-def shown_by(model: Linearization, noise: Noise, white: Array, scales: Array) -> Shown:
+def observability(model: Linearization, noise: Noise, white: Array, scales: Array) -> Observability:
     """Find what a log shows. `white` (3 M, 6) are the whitened derivatives by the parameters in `scales`."""
     _, values, directions = np.linalg.svd(white, full_matrices=False)
-    seen = directions[is_seen(values)]
+    effective = directions[is_observable(values)]
     information, from_noise, score = _second_moments(model, noise, scales)
-    shares, turned = eigh(seen @ from_noise @ seen.T, seen @ information @ seen.T)
-    combinations = turned.T @ seen
+    shares, turned = eigh(effective @ from_noise @ effective.T, effective @ information @ effective.T)
+    combinations = turned.T @ effective
     is_real = shares < _MOST_NOISE
     bias = (combinations[is_real] @ score / (1.0 - shares[is_real])) @ combinations[is_real]
-    hidden = np.vstack([directions[~is_seen(values)], combinations[~is_real]])
-    _, _, axes = np.linalg.svd(hidden)
-    return Shown(axes[len(hidden) :], axes[: len(hidden)], np.abs(bias))
+    unobservable = np.vstack([directions[~is_observable(values)], combinations[~is_real]])
+    _, _, axes = np.linalg.svd(unobservable)
+    return Observability(axes[len(unobservable) :], axes[: len(unobservable)], np.abs(bias))
 
 
 def _second_moments(model: Linearization, noise: Noise, scales: Array) -> tuple[Array, Array, Array]:

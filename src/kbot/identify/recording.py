@@ -40,7 +40,7 @@ _FIXED_FRAMES = ("map", "world", "earth")
 _GOALS = ("goal", "initialpose", "target")
 """Parts of the names of topics whose poses are not those of the robot."""
 _PERIOD = 0.1
-"""Shortest time in s between two poses of the reference. More frequent ones add time, and little else."""
+"""Shortest time in s between two poses of the reference. More poses only cost time."""
 _SWAPPED = 0.2
 """Longest time in s by which a message may precede the one before it: a network can swap messages. Time that
 goes back further is another run."""
@@ -117,7 +117,7 @@ def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[
     Raises:
         KbotError: the recording cannot be read, or lacks joint states or a reference.
     """
-    contents = _read(path, nominal, reference)
+    contents = _read(path, nominal)
     if not contents.topics:
         raise KbotError(f"{path} has no messages")
     wheel_times, angles = _wheels(path, nominal, contents)
@@ -144,12 +144,11 @@ def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[
         poses=placed,
         commands=_commands(path, contents, grid),
         gyro=_gyro(path, nominal, contents, grid),
-        place=lambda index: f"{path} at {grid[index]:.3f} s",
     )
     return log, link
 
 
-def _read(path: str, nominal: Nominal, reference: str | None) -> _Contents:
+def _read(path: str, nominal: Nominal) -> _Contents:
     found = _Contents()
     wheels = (nominal.drive.left, nominal.drive.right)
     signs = nominal.drive.forward

@@ -30,6 +30,14 @@ class Estimate:
     unit: str
     nominal: float | None
 
+    @property
+    def decimals(self) -> int:
+        """Decimal places that show two digits of the interval's width, down to a micrometre."""
+        width = self.high - self.low
+        return next(
+            (digits for digits in range(1, _MOST_DECIMALS) if width * 10.0**digits >= 10.0), _MOST_DECIMALS
+        )
+
     def to_json(self) -> dict[str, Any]:
         return {
             "value": self.value,
@@ -89,10 +97,10 @@ class Identification:
     def to_text(self) -> str:
         rows = [("parameter", "value", "95 % interval", "in the file", "")]
         for name, estimate in self.parameters.items():
-            digits = _decimals(estimate.high - estimate.low)
-            nominal = "" if estimate.nominal is None else _shown(estimate.nominal, digits)
-            interval = f"{_shown(estimate.low, digits)} to {_shown(estimate.high, digits)}"
-            rows.append((name, _shown(estimate.value, digits), interval, nominal, estimate.unit))
+            digits = estimate.decimals
+            nominal = "" if estimate.nominal is None else _number(estimate.nominal, digits)
+            interval = f"{_number(estimate.low, digits)} to {_number(estimate.high, digits)}"
+            rows.append((name, _number(estimate.value, digits), interval, nominal, estimate.unit))
         lines = _columns(rows)
         if self.unobservable:
             lines.append("")
@@ -111,16 +119,9 @@ class Identification:
         return "\n".join(lines)
 
 
-def _shown(value: float, digits: int) -> str:
+def _number(value: float, digits: int) -> str:
     """A number without the sign of a rounded zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def _decimals(width: float) -> int:
-    """Decimal places that show two digits of an interval's width, down to a micrometre."""
-    return next(
-        (digits for digits in range(1, _MOST_DECIMALS) if width * 10.0**digits >= 10.0), _MOST_DECIMALS
-    )
 
 
 def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:

@@ -3,7 +3,7 @@
 Source: A. Censi, An ICP Variant Using a Point-to-Line Metric, ICRA 2008. Libraries for point clouds align six
 degrees of freedom, three of which a flat scan does not show. `kbot.navigation.perception.scan_matching`
 matches near the motion that the wheels predict: its results depend on the wheels, which a calibration must
-not.
+not. The motion of the robot within a scan is not corrected.
 """
 
 from __future__ import annotations
@@ -117,7 +117,11 @@ class _Lines:
         self._tree = cKDTree(self.points) if len(self.points) else None
 
     def match(self, points: Array, guess: PlanarPose) -> PlanarPose | None:
-        """The pose from which the points were seen, in the frame of the lines. None if it is uncertain."""
+        """The pose from which the points were seen, in the frame of the lines. None if it is uncertain.
+
+        `points` (n, 2) are in m in the frame of the lidar at their own scan. All count as measured at one
+        time: the motion within a scan is not corrected.
+        """
         if self._tree is None or min(len(points), len(self.points)) < _FEWEST:
             return None
         pose, farthest = guess, _FARTHEST
