@@ -7,13 +7,17 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import kbot
 from kbot.learn.policies.policy import Policy, PolicyController
-from kbot.messages import Twist
+from kbot.messages import Header, Odometry, Twist
+from kbot.messages.sensing import LaserScan
 from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
 from kbot.record.run_outputs import RunOutputs
 from kbot.ros.client.pilot import NodePilot
@@ -48,6 +52,53 @@ def simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Simu
         stop.set()
         thread.join()
         outputs.close()
+
+
+class Recorded:
+    """A node without peers. `periods` has the seconds between the calls of its timers."""
+
+    def __init__(self) -> None:
+        self.now, self.periods = 0.0, []
+        self.receive, self.published = {}, []
+
+    def subscribe(self, topic: str, _: type, callback: object) -> None:
+        self.receive[topic] = callback
+
+    def advertise(self, _topic: str, _: type) -> SimpleNamespace:
+        return SimpleNamespace(publish=self.published.append)
+
+    def every(self, period: float, _: object) -> None:
+        self.periods.append(period)
+
+
+def test_a_scan_that_does_not_show_what_is_behind_the_robot_ends_the_goal(straight_policy: Path) -> None:
+    node = Recorded()
+    controller = PolicyController(Policy.read(straight_policy), kbot.PlanarPose(2.0, 0.0))
+    pilot = NodePilot(node, controller)
+    node.receive["odom"](Odometry())
+    ranges = np.full(270, 6.0, np.float32)
+    scan = LaserScan(Header(), -math.pi, math.pi, math.tau / 269, 0.0, 0.1, 0.1, 8.0, ranges)
+    node.receive["scan"](scan)
+    pilot.tick()
+    assert node.published[-1].linear.x == pytest.approx(0.3)
+    three_quarters = replace(scan, angle_min=-3 * math.pi / 4, angle_max=3 * math.pi / 4)
+    node.receive["scan"](three_quarters)
+    pilot.tick()
+    assert node.published[-1].linear.x == 0.0
+    assert controller.status == "refused"
+    assert controller.status.reason.endswith("but the lidar only from -135 to 135 degrees")
+
+
+@pytest.mark.parametrize(("rate", "updates"), [(10.0, 20.0), (15.0, 30.0), (50.0, 50.0), (0.5, 20.0)])
+def test_the_pilot_keeps_the_rate_of_a_policy(straight_policy: Path, rate: float, updates: float) -> None:
+    node, policy = Recorded(), Policy.read(straight_policy)
+    policy = replace(policy, interface=replace(policy.required_interface, rate=rate))
+    controller = PolicyController(policy, kbot.PlanarPose(2.0, 0.0))
+    NodePilot(node, controller)
+    assert node.periods == pytest.approx([1.0 / updates])
+    if rate > 20.0:
+        with pytest.raises(kbot.KbotError, match="must be updated 50 times per second"):
+            NodePilot(node, controller, rate=20.0)
 
 
 def _until(node: kbot.Node, met: object, seconds: float = 60.0) -> bool:

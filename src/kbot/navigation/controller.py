@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.messages import Twist, Vector3
+from kbot.navigation.lidar_view import LidarView
+from kbot.text import KbotError
 
 STILL = Twist()
 AT_REST = PlanarTwist()
@@ -42,6 +44,7 @@ class Observation:
     twist          of the base in its own frame
     obstacles      points (n, 2) in m in the base's frame that a lidar detected; None before a first scan
     obstacles_age  age of the scan in s
+    view           where the lidar detects obstacles; None if this is not known
     fallen         a sentence on how a robot lies that fell over, empty for one on its wheels
     fault          a sentence on why it is unsafe to drive on, as with frozen odometry; empty if it is safe
     """
@@ -53,6 +56,7 @@ class Observation:
     obstacles_age: float = math.inf
     fallen: str = ""
     fault: str = ""
+    view: LidarView | None = None
 
     def in_base(self, x: float, y: float) -> tuple[float, float]:
         """A point of the map in the base's frame, in m."""
@@ -77,13 +81,29 @@ class Observation:
         ahead, left = PlanarPose(0.0, 0.0, point.yaw).local(x, y)
         obstacles = None if self.obstacles is None else inverse.apply(self.obstacles)
         moved = PlanarTwist(ahead, left, motion.yaw)
-        return replace(self, pose=self.pose @ point, twist=moved, obstacles=obstacles)
+        return replace(self, pose=self.pose @ point, twist=moved, obstacles=obstacles, view=None)
 
 
 class Controller(Protocol):
     """Called at a steady rate with an observation; returns the twist to command."""
 
     def update(self, observation: Observation) -> Twist: ...
+
+
+def required_rate(controller: Controller) -> float:
+    """How often a controller must be updated, in Hz: its attribute `required_rate`, 0 without one."""
+    rate: float = getattr(controller, "required_rate", 0.0)
+    return rate
+
+
+def require_rate(controller: Controller, rate: float) -> float:
+    """The rate of a pilot in Hz. Raises KbotError: its controller must be updated more often."""
+    if rate < required_rate(controller) - 1e-9:
+        raise KbotError(
+            f"the controller must be updated {required_rate(controller):g} times per second, but the pilot's"
+            f" rate is {rate:g} Hz"
+        )
+    return rate
 
 
 def twist(linear: float, angular: float) -> Twist:

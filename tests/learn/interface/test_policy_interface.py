@@ -9,10 +9,12 @@ import pytest
 
 import kbot
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
+from kbot.kinematics.transform import Transform
 from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
 from kbot.learn.interface.robot_interface import policy_interface
 from kbot.learn.interface.targets import GoalTarget, PathTarget
 from kbot.navigation.controller import Observation
+from kbot.navigation.lidar_view import LidarView
 from kbot.navigation.path import Path
 
 GOAL = PolicyInterface("goal", linear=(0.0, 0.4), angular=(-2.0, 2.0))
@@ -34,6 +36,36 @@ def test_goal_is_seen_from_the_base():
     assert (left["goal_distance"], left["goal_cos"], left["goal_sin"]) == pytest.approx(
         (2.0, 0.0, 1.0), abs=1e-6
     )
+
+
+@pytest.mark.parametrize(
+    ("sectors", "view", "seen"),
+    [
+        ((-math.pi, math.pi), (-math.pi, math.pi), True),
+        ((-math.pi, math.pi), (-3.0, 3.0), False),
+        ((0.0, 6.28), (-math.pi, math.pi), True),
+        ((-0.5, 0.5), (-0.49, 0.49), True),
+        ((-0.5, 0.5), (-0.4, 1.0), False),
+        ((-0.5, 0.5), (-1.0, 0.4), False),
+        # a lidar that looks back sees from 90 to 270 degrees, or from -270 to -90 degrees
+        ((-3.0, -2.0), (math.pi / 2, math.pi * 3 / 2), True),
+        ((2.0, 4.0), (-math.pi * 3 / 2, -math.pi / 2), True),
+        ((-2.0, -1.0), (math.pi / 2, math.pi * 3 / 2), False),
+    ],
+)
+def test_sectors_are_seen_in_every_notation_of_angles(sectors, view, seen):
+    assert (Sectors(4, *sectors).unseen(LidarView(*view, 5.0)) == "") is seen
+
+
+@pytest.mark.parametrize(
+    ("yaw", "roll", "start"), [(0.0, 0.0, -1.0), (math.pi / 2, 0.0, math.pi / 2 - 1.0), (0.0, math.pi, -2.0)]
+)
+def test_the_view_of_a_lidar_turns_with_it(yaw, roll, start):
+    """Its beams are from -1 to 2 rad. Upside down, they are from -2 to 1 rad."""
+    pose = Transform.from_xyz_rpy((0.1, 0.2, 0.3), (roll, 0.0, yaw)).matrix
+    view = LidarView.of_beams(-1.0, 2.0, 4.0, pose)
+    assert (view.start, view.end, view.reach) == pytest.approx((start, start + 3.0, 4.0))
+    assert LidarView.of_beams(2.0, -1.0, 4.0, pose) == view
 
 
 def test_every_number_is_limited_to_its_bounds():

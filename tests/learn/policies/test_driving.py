@@ -124,6 +124,16 @@ def test_a_lidar_that_sees_less_than_the_policy_is_refused() -> None:
     assert fitted(half, simulation) is half
 
 
+def test_a_lidar_with_less_range_than_the_policy_is_refused() -> None:
+    short = to_urdf(kbot.load("kbot", lidar=True)).replace("<max>8.0</max>", "<max>2.0</max>")
+    simulation = kbot.Simulation(load_robot_text(short, "robot.urdf").require())
+    message = "obstacles up to 5 m, but the lidar of robot 'kbot' only up to 2 m"
+    with pytest.raises(KbotError, match=message):
+        fitted(policy(replace(BLIND, lidar=Sectors(4))), simulation)
+    near = policy(replace(BLIND, lidar=Sectors(4, reach=2.0)))
+    assert fitted(near, simulation) is near
+
+
 def test_goals_follow_each_other(simulation: kbot.Simulation, straight_policy: Path) -> None:
     goals = policy_goals(simulation, Policy.read(straight_policy))
     goals.go(PlanarPose(0.5, 0.0))

@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import kbot
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
 from kbot.learn.policies.network import read_network, with_metadata
 from kbot.learn.policies.policy import INTERFACE_KEY, Policy, PolicyController, policy_of, save_policy
-from kbot.navigation import Observation
+from kbot.navigation import Observation, ObstacleGuard, Outline, Pilot
+from kbot.navigation.lidar_view import LidarView
 from kbot.text import KbotError
 
 from .networks import linear, towards_goal
@@ -218,6 +220,33 @@ def test_a_slow_lidar_may_be_silent_for_longer() -> None:
     assert controller.status == "driving"
     assert controller.update(at(25.1, obstacles=wall, obstacles_age=25.1)).linear.x == 0.0
     assert str(controller.status) == "stuck: the lidar has been silent for 25.1 s"
+
+
+@pytest.mark.parametrize(
+    ("view", "message"),
+    [
+        (LidarView(-3 / 4 * math.pi, 3 / 4 * math.pi, 3.0), "but the lidar only from -135 to 135 degrees"),
+        (LidarView(-math.pi, math.pi, 2.0), "obstacles up to 3 m, but the lidar only up to 2 m"),
+        (LidarView(math.nan, math.nan, 3.0), "but the lidar only from nan to nan degrees"),
+    ],
+)
+def test_a_lidar_that_sees_less_than_the_policy_ends_the_goal(view: LidarView, message: str) -> None:
+    policy = Policy(read_network(towards_goal(SEEING))).with_interface(SEEING)
+    controller = PolicyController(policy, PlanarPose(1.0, 0.0))
+    wall = np.array([[2.0, 0.0]])
+    full = LidarView(-math.pi, math.pi, 3.0)
+    assert controller.update(at(0.0, obstacles=wall, obstacles_age=0.0, view=full)).linear.x > 0.0
+    assert controller.update(at(0.1, obstacles=wall, obstacles_age=0.0, view=view)).linear.x == 0.0
+    assert controller.status == "refused"
+    assert message in controller.status.reason
+
+
+def test_a_pilot_that_is_too_slow_for_the_policy_is_refused(blind: Policy) -> None:
+    fast = Policy(blind.network, replace(BLIND, rate=60.0))
+    controller = ObstacleGuard(PolicyController(fast, PlanarPose(1.0, 0.0)), Outline(np.eye(3, 2)))
+    with pytest.raises(KbotError, match=r"updated 60 times per second, but the pilot's rate is 50 Hz"):
+        Pilot(kbot.Simulation("kbot"), controller)
+    Pilot(kbot.Simulation("kbot"), controller, rate=60.0)
 
 
 def test_a_robot_that_fell_over_gives_up(blind: Policy) -> None:

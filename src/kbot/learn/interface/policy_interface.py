@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from kbot.learn.interface.targets import TARGET_FIELDS, Field, Target
 from kbot.messages import Twist, Vector3
 from kbot.navigation.controller import Observation
+from kbot.navigation.lidar_view import LidarView
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 
@@ -30,6 +31,10 @@ _FASTEST, _MOST_SECTORS, _MOST_RATE = 1000.0, 10_000, 1000.0
 """m/s or rad/s, sectors, and Hz, far above those of any robot: only a mistake exceeds them."""
 _LEAST_RATE = 0.1
 """Hz. A run of a policy with fewer commands would wait for the next one for very long."""
+_BETWEEN_BEAMS = 0.02
+"""rad by which a lidar may see less than the sectors: the gap between two beams."""
+_RANGE_ROUNDING = 1e-3
+"""m by which the range of a lidar may be less than the reach. Messages contain it in single precision."""
 _LONGEST_SHOWN = 200
 """Characters of an error about a text that may come from a stranger."""
 FORMAT = 1
@@ -60,6 +65,21 @@ class Sectors:
             )
         if not (math.isfinite(self.reach) and self.reach > 0.0):
             raise KbotError(f"the reach of lidar sectors must be above 0 m and finite, not {self.reach}")
+
+    def unseen(self, view: LidarView, lidar: str = "the lidar") -> str:
+        """What a lidar with this name does not see of the sectors: a sentence, or an empty text."""
+        offset = (self.start - view.start + _BETWEEN_BEAMS) % (2.0 * math.pi) - _BETWEEN_BEAMS
+        span = view.end - view.start
+        if not (view.is_full or offset + self.end - self.start <= span + _BETWEEN_BEAMS):  # also for NaN
+            wanted, found = (
+                f"{math.degrees(low):.0f} to {math.degrees(high):.0f} degrees"
+                for low, high in ((self.start, self.end), (view.start, view.end))
+            )
+            return f"the policy sees obstacles from {wanted}, but {lidar} only from {found}"
+        if not self.reach <= view.reach + _RANGE_ROUNDING:
+            found = f"{lidar} only up to {view.reach:g} m"
+            return f"the policy sees obstacles up to {self.reach:g} m, but {found}"
+        return ""
 
     def nearest(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """The distance in m of the nearest point in each sector. `points` (n, 2) are in the base's frame."""

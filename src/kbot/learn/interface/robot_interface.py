@@ -7,9 +7,9 @@ import math
 from kbot.kinematics.drive.drive import NoDrive
 from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
 from kbot.navigation.controller import GENTLE
-from kbot.navigation.simulated.lidars import base_from_lidar, level_lidar
+from kbot.navigation.lidar_view import LidarView
+from kbot.navigation.simulated.lidars import level_lidar, lidar_view
 from kbot.navigation.simulated.motion_limits import motion_limits
-from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.sim.robot import SimulatedRobot
 from kbot.text import KbotError
@@ -18,8 +18,6 @@ SECTORS = 36
 """The default number of directions in which a policy sees obstacles: one for each 10 degrees."""
 REACH = 5.0
 """m. The furthest obstacle that a policy sees by default. Within it, a robot at 2 m/s brakes easily."""
-_ALMOST = math.radians(2.0)
-"""A lidar of 360 beams spans a degree less than a full turn."""
 
 
 def policy_interface(
@@ -68,7 +66,7 @@ def policy_interface(
         lateral=sideways,
         lidar=None
         if lidar is None
-        else Sectors(SECTORS if sectors is None else sectors, *view(lidar), min(reach, lidar.spec.range_max)),
+        else _sectors(SECTORS if sectors is None else sectors, reach, lidar_view(lidar)),
         rate=rate,
     )
 
@@ -78,13 +76,5 @@ def _lateral(robot: SimulatedRobot) -> float:
     return GENTLE.linear if math.isinf(fastest) else fastest
 
 
-def view(lidar: LidarSensor) -> tuple[float, float]:
-    """The directions in rad in the frame of the base between which a level lidar sees, counter-clockwise."""
-    spec, pose = lidar.spec, base_from_lidar(lidar)
-    low, high = sorted((spec.angle_min, spec.angle_max))
-    if pose[2, 2] < 0.0:
-        low, high = -high, -low  # it is mounted upside down
-    if high - low >= 2.0 * math.pi - _ALMOST:
-        return -math.pi, math.pi
-    start = math.remainder(low + math.atan2(pose[1, 0], pose[0, 0]), 2.0 * math.pi)
-    return start, start + high - low
+def _sectors(count: int, reach: float, view: LidarView) -> Sectors:
+    return Sectors(count, view.start, view.end, min(reach, view.reach))

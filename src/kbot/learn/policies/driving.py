@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Literal
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.interface.policy_interface import Sectors
-from kbot.learn.interface.robot_interface import policy_interface, view
+from kbot.learn.interface.robot_interface import policy_interface
 from kbot.learn.interface.targets import GoalTarget
 from kbot.learn.policies.policy import ARRIVE, SILENCE, Policy, PolicyController
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.goals.goals import Goals
-from kbot.navigation.simulated.lidars import LidarPoints, level_lidar
+from kbot.navigation.simulated.lidars import LidarPoints, level_lidar, lidar_view
 from kbot.navigation.simulated.odometry_estimate import OdometryEstimate
 from kbot.navigation.simulated.pilot import Pilot
 from kbot.navigation.simulated.trip import Trip, judged, run_trip
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
-
-_SPARE = 0.02
-"""rad by which a lidar may see less than the policy's sectors: the gap between two beams."""
 
 
 def fitted(policy: Policy, simulation: Simulation) -> Policy:
@@ -64,16 +60,8 @@ def _require_view(sectors: Sectors, lidar: LidarSensor | None, name: str) -> Non
             f"the policy sees obstacles with a lidar, but robot '{name}' declares no level lidar with one row"
             " of beams"
         )
-    start, end = view(lidar)
-    is_full = end - start >= 2.0 * math.pi - _SPARE
-    if not is_full and (sectors.start < start - _SPARE or sectors.end > end + _SPARE):
-        wanted, found = (
-            f"{math.degrees(low):.0f} to {math.degrees(high):.0f} degrees"
-            for low, high in ((sectors.start, sectors.end), (start, end))
-        )
-        raise KbotError(
-            f"the policy sees obstacles from {wanted}, but the lidar of robot '{name}' only from {found}"
-        )
+    if unseen := sectors.unseen(lidar_view(lidar), f"the lidar of robot '{name}'"):
+        raise KbotError(unseen)
 
 
 class WithPolicy:

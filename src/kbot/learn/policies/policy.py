@@ -139,8 +139,8 @@ def save_policy(network: bytes, interface: PolicyInterface, file: str | os.PathL
 class PolicyController:
     """Drives to a goal with a policy. It is a `Controller`, so `Pilot` and `NodePilot` drive robots with it.
 
-    `status` is the state of the goal. The robot stands still before and after it. The policy computes `rate`
-    commands per second, so the pilot must be at least as fast."""
+    `status` is the state of the goal. The robot stands still before and after it. The policy computes
+    `required_rate` commands per second, so the pilot must be at least as fast."""
 
     def __init__(
         self,
@@ -170,6 +170,7 @@ class PolicyController:
             if not (math.isfinite(value) and value > 0.0):
                 raise KbotError(f"the {what} must be a finite number above 0, not {value}")
         self.arrive, self.silence = arrive, silence
+        self.required_rate = self.interface.rate
         self.status = GoalReport(goal, GoalState.ACCEPTED)
         self._target = GoalTarget(goal.x, goal.y)
         self._policy = policy
@@ -204,8 +205,11 @@ class PolicyController:
         if time > self._deadline:
             took = f"after {time - self._begun:.1f} s, {left:.2f} m left"
             return self.end(GoalState.STUCK, f"out of time: not at the goal {took}")
-        if self.interface.lidar is not None and observation.obstacles_age > self.silence:
-            return self._wait_for_scan(observation)
+        if self.interface.lidar is not None:
+            if observation.obstacles_age > self.silence:
+                return self._wait_for_scan(observation)
+            if observation.view is not None and (unseen := self.interface.lidar.unseen(observation.view)):
+                return self.end(GoalState.REFUSED, unseen)
         period = 1.0 / self.interface.rate
         if time < self._due - _EARLY * period:
             return self._command

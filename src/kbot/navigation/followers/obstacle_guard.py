@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose, arc
 from kbot.messages import Twist, Vector3
-from kbot.navigation.controller import STILL, Controller, Observation
+from kbot.navigation.controller import STILL, Controller, Observation, required_rate
 from kbot.navigation.space.footprint import Outline
 
 _LEAST_SHARE = 0.05
@@ -46,6 +46,7 @@ class ObstacleGuard:
         """
         self.controller, self.outline = controller, outline
         self.margin, self.braking, self.silence = margin, braking, silence
+        self.required_rate = required_rate(controller)
         self.blocked_since: float | None = None
         self.silent_since: float | None = None
         self._near = outline.grown(margin)

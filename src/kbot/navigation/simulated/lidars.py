@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.messages.sensing import LaserScan
+from kbot.navigation.lidar_view import LidarView
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import LidarSensor, scan_points
 from kbot.sim import Simulation
@@ -45,13 +46,22 @@ def base_from_lidar(lidar: LidarSensor) -> NDArray[np.float64]:
     return pose
 
 
+def lidar_view(lidar: LidarSensor) -> LidarView:
+    """What a lidar sees of its robot's surroundings."""
+    spec = lidar.spec
+    return LidarView.of_beams(spec.angle_min, spec.angle_max, spec.range_max, base_from_lidar(lidar))
+
+
 class LidarPoints:
-    """Returns the points of a lidar's last scan, in the frame of its robot's base, and the scan's time."""
+    """Returns the points of a lidar's last scan, in the frame of its robot's base, and the scan's time.
+
+    `view` is what the lidar sees of the surroundings."""
 
     def __init__(self, lidar: LidarSensor) -> None:
         """The lidar must be mounted rigidly on the base."""
         self._lidar = lidar
         self._base_from_sensor = base_from_lidar(lidar)
+        self.view = lidar_view(lidar)
         self._points: NDArray[np.float64] | None = None
         self._scan: LaserScan | None = None
 

@@ -9,8 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.navigation.controller import Controller, Observation
+from kbot.navigation.controller import Controller, Observation, require_rate
 from kbot.navigation.simulated.fall import describe_fall
+from kbot.navigation.simulated.lidars import LidarPoints
 from kbot.navigation.simulated.odometry_estimate import OdometryEstimate
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -38,12 +39,15 @@ class Pilot:
         estimate: OdometryEstimate | None = None,
     ) -> None:
         """`seen` returns the obstacles and the time at which they were detected, as `LidarPoints` does.
-        `estimate` is the pose from odometry, by default one that begins now."""
+        `estimate` is the pose from odometry, by default one that begins now.
+
+        Raises KbotError: `pose` is something else, or the controller must be updated more often than `rate`.
+        """
         if pose not in ("ground_truth", "odometry"):
             raise KbotError(f"pose must be 'ground_truth' or 'odometry', not '{pose}'")
         self._simulation, self._controller, self._source, self._seen = simulation, controller, pose, seen
         self.estimate = estimate or OdometryEstimate(simulation)
-        self._timer = simulation.clock.every(rate, self.tick)
+        self._timer = simulation.clock.every(require_rate(controller, rate), self.tick)
 
     def observe(self) -> Observation:
         sim = self._simulation
@@ -54,7 +58,9 @@ class Pilot:
         else:
             motion = sim.odometry
             pose = self.estimate.pose
-        return Observation(sim.time, pose, motion.twist, points, sim.time - seen_at, describe_fall(sim))
+        view = self._seen.view if isinstance(self._seen, LidarPoints) else None
+        age, fallen = sim.time - seen_at, describe_fall(sim)
+        return Observation(sim.time, pose, motion.twist, points, age, fallen, view=view)
 
     def tick(self) -> None:
         """Update the controller once and command its twist."""

@@ -12,12 +12,15 @@ from kbot.kinematics.transform import Transform
 from kbot.messages import Odometry, Twist
 from kbot.messages.navigation import PoseStamped
 from kbot.messages.sensing import LaserScan
-from kbot.navigation.controller import STILL, Controller, Observation
+from kbot.navigation.controller import STILL, Controller, Observation, require_rate, required_rate
+from kbot.navigation.lidar_view import LidarView
 from kbot.navigation.path import from_pose_stamped
 from kbot.ros.client.node import Node
 from kbot.sensors.lidar import scan_points
 
 HERE = PlanarPose()
+RATE = 20.0
+"""Hz. Updates of a controller that requires no rate, and the fewest of others."""
 
 
 class NodePilot:
@@ -31,7 +34,7 @@ class NodePilot:
         self,
         node: Node,
         controller: Controller,
-        rate: float = 20.0,
+        rate: float | None = None,
         base_from_lidar: PlanarPose = HERE,
         silence: float = 0.5,
     ) -> None:
@@ -40,25 +43,30 @@ class NodePilot:
         Args:
             node: where `odom`, `scan` and `cmd_vel` are resolved.
             controller: what decides on the commands.
-            rate: updates of the controller in Hz of the node's time.
+            rate: updates of the controller in Hz of the node's time; by default 20, or the next multiple of
+                the rate that the controller requires, as the controller of a policy does.
             base_from_lidar: the lidar's pose on the robot, seen from above.
             silence: seconds without odometry after which the robot is stopped.
 
         Raises:
-            KbotError: the node already uses one of these topics in another way.
+            KbotError: the node already uses one of these topics in another way, or the controller must be
+                updated more often than `rate`.
         """
         self._node, self._controller, self._silence = node, controller, silence
         x, y, yaw = base_from_lidar.x, base_from_lidar.y, base_from_lidar.yaw
         self._base_from_lidar = Transform.from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw)).matrix
         self._odometry: Odometry | None = None
         self._points: NDArray[np.float64] | None = None
+        self._view: LidarView | None = None
         self._odometry_at = self._scan_at = -math.inf
         self._subscriptions = [
             node.subscribe("odom", Odometry, self._on_odometry),
             node.subscribe("scan", LaserScan, self._on_scan),
         ]
         self._commands = node.advertise("cmd_vel", Twist)
-        self._timer = node.every(1.0 / rate, self.tick)
+        required = required_rate(controller)
+        default = required * math.ceil(RATE / required) if required else RATE
+        self._timer = node.every(1.0 / require_rate(controller, default if rate is None else rate), self.tick)
 
     def tick(self) -> None:
         """Update the controller once and publish its command."""
@@ -71,7 +79,7 @@ class NodePilot:
             moved = odometry.twist.twist
             motion = PlanarTwist(moved.linear.x, moved.linear.y, moved.angular.z)
             wanted = self._controller.update(
-                Observation(now, pose, motion, self._points, now - self._scan_at)
+                Observation(now, pose, motion, self._points, now - self._scan_at, view=self._view)
             )
         self._commands.publish(wanted)
 
@@ -86,4 +94,6 @@ class NodePilot:
         self._odometry, self._odometry_at = message, self._node.now
 
     def _on_scan(self, message: LaserScan) -> None:
-        self._points, self._scan_at = scan_points(message, self._base_from_lidar), self._node.now
+        pose = self._base_from_lidar
+        self._points, self._scan_at = scan_points(message, pose), self._node.now
+        self._view = LidarView.of_beams(message.angle_min, message.angle_max, message.range_max, pose)
