@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
+CHROMIUMS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 WEB = Path(__file__).parents[1] / "web"
 ARGUMENTS = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync")
 SHOWS = "!!window.kbot && kbot.frames > 0 && kbot.revision > 0"
@@ -54,7 +55,7 @@ def opened_browser() -> Iterator[Browser]:
 
 
 def chromium() -> str:
-    names = (os.environ.get("KBOT_CHROMIUM"), "chromium", "chromium-browser", "google-chrome")
+    names = (os.environ.get("KBOT_CHROMIUM"), *CHROMIUMS)
     found = next((path for name in names if name and (path := shutil.which(name))), None)
     return found or sys.exit("Chromium is not found. Install it, or set KBOT_CHROMIUM to its path.")
 
