@@ -94,7 +94,7 @@ def test_one_of_several_best_designs_is_chosen() -> None:
         (("--html", "nowhere/report.html"), "its folder does not exist"),
         ((*RADIUS, "--diff"), "--diff shows the changes of --write FILE, which is missing"),
         ((*RADIUS, "--design", "1"), "--design chooses what --write and --html show"),
-        (("--on", "somewhere"), "--on somewhere is not a place"),
+        (("--on", "somewhere"), "--on somewhere is not the address of a cluster"),
     ],
 )
 def test_what_cannot_be_written_is_an_error_before_the_runs(words: tuple[str, ...], error: str) -> None:

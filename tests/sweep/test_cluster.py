@@ -200,7 +200,7 @@ def test_places(text: str, address: str) -> None:
 
 @pytest.mark.parametrize("text", ["", "local", "head", "ray:", "http://head:6379", "a b:1"])
 def test_other_places_are_refused(text: str) -> None:
-    with pytest.raises(KbotError, match=r"is not a place. Write ray for this machine"):
+    with pytest.raises(KbotError, match=r"is not the address of a cluster. Use ray for this machine"):
         parse_place(text)
 
 
@@ -224,6 +224,34 @@ def test_paths_of_the_working_directory_are_those_of_the_machine() -> None:
     assert cluster._moved(moved, "/tmp/x", "/home/me") == task
     failed = TrialResult("s", 0, error="/tmp/x/r.xacro:3: wrong")
     assert cluster._moved(failed, "/tmp/x", "/home/me").error == "/home/me/r.xacro:3: wrong"
+
+
+@pytest.mark.parametrize(
+    ("text", "moved"),
+    [
+        ("/ws/my_robot", "/ray"),
+        ("/ws/my_robot/r.xacro", "/ray/r.xacro"),
+        ("/ws/my_robot_description/meshes", "/ws/my_robot_description/meshes"),
+        ("/ws/my_robot 2/r.xacro", "/ws/my_robot 2/r.xacro"),
+        ("/home/ws/my_robot/r.xacro", "/home/ws/my_robot/r.xacro"),
+        ("/opt:/ws/my_robot:/usr", "/opt:/ray:/usr"),
+        ("file:///ws/my_robot/a.stl", "file:///ray/a.stl"),
+        ("found in '/ws/my_robot', not here", "found in '/ray', not here"),
+    ],
+)
+def test_only_paths_in_the_working_directory_are_replaced(text: str, moved: str) -> None:
+    assert cluster._moved(text, "/ws/my_robot", "/ray") == moved
+
+
+def test_a_backslash_in_a_path_is_kept() -> None:
+    assert cluster._moved("/ws/a.stl", "/ws", r"C:\new\1") == r"C:\new\1/a.stl"
+
+
+@pytest.mark.filterwarnings("ignore")  # of the import of Ray
+def test_the_root_folder_is_not_sent_to_a_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir("/")
+    with pytest.raises(KbotError, match=r"the working directory .* is the root"), RayCluster("head:6379"):
+        pass
 
 
 @pytest.mark.filterwarnings("ignore")  # of the import of Ray

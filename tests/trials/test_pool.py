@@ -16,7 +16,7 @@ from kbot.record.run_outputs import RunOutputs
 from kbot.text import KbotError
 from kbot.text.notes import notes_sent_to
 from kbot.trials import Bound, Command, RobotSource, RunScript, Scenario, Step, run_trial
-from kbot.trials.pool import Pool, Task, run_tasks
+from kbot.trials.pool import FILM_SECONDS, Pool, Task, run_tasks
 from kbot.trials.recordings import record_failures
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario_file import python_scenarios
@@ -30,6 +30,22 @@ def scripted(folder: Path, name: str, text: str) -> Task:
     path = folder / f"{name}.py"
     path.write_text(text)
     return Task(Scenario(name, 5.0, [Step(RunScript(str(path)))], robot=KBOT))
+
+
+def test_the_time_limit_is_that_of_the_duration_that_runs() -> None:
+    """30 s, and 2 s for each simulated second."""
+    task = Task(replace(SHORT, duration=6.0))
+    assert task.limit() == 42.0
+    assert replace(task, keys={"duration": 1000}).limit() == 2030.0
+    assert replace(task, keys={"duration": "long"}).limit() == 42.0, "the run reports the wrong value"
+    assert replace(task, keys={"steps.0.linear": 0.1}).limit() == 42.0
+
+
+def test_a_film_may_take_longer_than_the_run() -> None:
+    task = Task(replace(SHORT, duration=6.0), with_film=True)
+    assert task.limit() == 42.0 + FILM_SECONDS
+    assert task.limit(5.0) == 5.0 + FILM_SECONDS
+    assert replace(task, with_film=False).limit(5.0) == 5.0
 
 
 def test_results_are_in_order_and_equal_to_those_of_this_process() -> None:

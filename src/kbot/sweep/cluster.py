@@ -45,16 +45,18 @@ WAIT_SECONDS = 1.0
 """Time after which Ctrl-C and a lost cluster are noticed."""
 PATIENCE_SECONDS = 30.0
 """Time without any processor in the cluster after which a note is printed."""
-LOOK_SECONDS = 5.0
+HEAD_CHECK_SECONDS = 5.0
 """Time between two checks of the size of the cluster."""
-LOST_LOOKS = 3
-"""The head is lost if it does not answer this many times in a row."""
+FAILED_HEAD_CHECKS = 3
+"""Checks in a row that the head of the cluster does not answer before it counts as lost."""
 CONNECT_SECONDS = 10.0
 """Time in which a cluster must answer."""
 _STORE_BYTES = 80_000_000
-"""Memory for objects of a local cluster, about the least that Ray accepts. Runs and results are small."""
+"""Memory for objects of a local cluster, close to Ray's minimum. Runs and results are small."""
 _NOT_SENT = (".git", ".venv", "node_modules", "__pycache__")
 """Folders of the working directory that no run needs. Ray also leaves out those in .gitignore."""
+_PATH_END = r"""(?=[/\\:;,'"]|$)"""
+"""What follows the path of a folder in a path, a list of paths or a message."""
 _ADDRESS = re.compile(r"ray(://\S+)?|auto|[^\s:/]+:\d+|\[[0-9a-fA-F:]+\]:\d+")
 
 
@@ -66,8 +68,8 @@ def parse_place(text: str) -> str:
     """
     if not _ADDRESS.fullmatch(text):
         raise KbotError(
-            f"--on {text} is not a place. Write ray for this machine, ray://HOST:10001 for a cluster, or "
-            "HOST:6379 on a machine of the cluster"
+            f"--on {text} is not the address of a cluster. Use ray for this machine, "
+            "ray://HOST:10001 for a cluster, or HOST:6379 on a machine of the cluster"
         )
     return LOCAL if text == "ray" else text
 
@@ -113,7 +115,7 @@ class RayCluster:
         self._opened = ExitStack()
         self._head = ""
         """The address of the head, unless Ray reports its loss."""
-        self._looked, self._lost_looks = 0.0, 0
+        self._checked, self._failed_checks = 0.0, 0
         self._processors = 0
         self._ended = threading.Event()
         self._ray: ModuleType
@@ -126,7 +128,7 @@ class RayCluster:
         return ahead if self._jobs is None or self._address == LOCAL else min(self._jobs, ahead)
 
     def submit(self, run: int, task: Task) -> None:
-        item = (task, self._limit or task.limit)
+        item = (task, task.limit(self._limit))
         call = _Call(item, str(Path.cwd()), self._address == LOCAL, self._versions)
         with _connected():
             self._running[self._remote.remote(call)] = (run, item)
@@ -160,6 +162,11 @@ class RayCluster:
                 "_temp_dir": folder,
             }
         else:
+            if Path.cwd() == Path.cwd().parent:
+                raise KbotError(
+                    f"the working directory {Path.cwd()} is the root, which is too large to be sent to the "
+                    "cluster. Run the command in the folder of the robot's package"
+                )
             excluded = [*_NOT_SENT, *filter(None, map(_inside, self._not_sent))]
             options = {"runtime_env": {"working_dir": str(Path.cwd()), "excludes": excluded}}
         try:
@@ -187,22 +194,22 @@ class RayCluster:
 
     def _watch_processors(self) -> None:
         """Keep the number of processors up to date. Ray answers only while the head of the cluster does."""
-        while not self._ended.wait(LOOK_SECONDS):
+        while not self._ended.wait(HEAD_CHECK_SECONDS):
             with suppress(Exception):  # reported by the thread that waits for results
                 self._processors = int(self._ray.cluster_resources().get("CPU", 0))
 
     def _require_head(self) -> None:
         """Raises KbotError: the head of the cluster is lost. Ray would end this process after a minute."""
         now = time.monotonic()
-        if not self._head or now - self._looked < WAIT_SECONDS:
+        if not self._head or now - self._checked < WAIT_SECONDS:
             return
-        self._looked = now
+        self._checked = now
         try:
             _require_answer(self._head)
-            self._lost_looks = 0
+            self._failed_checks = 0
         except OSError as error:
-            self._lost_looks += 1
-            if self._lost_looks == LOST_LOOKS:
+            self._failed_checks += 1
+            if self._failed_checks == FAILED_HEAD_CHECKS:
                 raise KbotError(_lost(error)) from None
 
     def _ready(self) -> ObjectRef[Any] | None:
@@ -281,7 +288,8 @@ def _moved(value: T, folder: str, target: str) -> T:
 
 def _replaced(value: object, folder: str, target: str) -> object:
     if isinstance(value, str):
-        return value.replace(folder, target) if folder in value else value
+        path = rf"(?<![\w.-]){re.escape(folder)}{_PATH_END}"
+        return re.sub(path, lambda match: target, value) if folder in value else value
     if isinstance(value, tuple) and type(value) is tuple:
         return tuple(_replaced(each, folder, target) for each in value)
     if isinstance(value, dict):

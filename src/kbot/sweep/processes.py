@@ -26,7 +26,7 @@ class Processes:
         return AHEAD * self._pool.jobs
 
     def submit(self, run: int, task: Task) -> None:
-        item = self._running[run] = (task, self._limit or task.limit)
+        item = self._running[run] = (task, task.limit(self._limit))
         self._calls.submit(run, item, seconds_of(item))
 
     def wait(self) -> Finished:

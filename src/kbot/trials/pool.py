@@ -86,10 +86,18 @@ class Task:
     error: str = ""
     keys: Mapping[str, int | float | str] = field(default_factory=dict)
 
-    @property
-    def limit(self) -> float:
-        """The processor time in seconds that the trial may take."""
-        return time_limit(self.scenario) + (FILM_SECONDS if self.with_film else 0.0)
+    def limit(self, of_run: float | None = None) -> float:
+        """The processor time in seconds that the trial may take, with its film.
+
+        `of_run` is that of the trial without a film. By default it follows from the duration.
+        """
+        return (of_run or time_limit(self._timed())) + (FILM_SECONDS if self.with_film else 0.0)
+
+    def _timed(self) -> Scenario:
+        """The scenario with the duration that runs."""
+        with suppress(KbotError):  # the run reports a wrong value
+            return with_keys(self.scenario, {key: self.keys[key] for key in self.keys if key == "duration"})
+        return self.scenario
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +241,7 @@ def run_tasks(
 ) -> list[TrialResult | None]:
     """Run trials. Returns their results in the order of the tasks; after Ctrl-C, None for unfinished ones.
 
-    `limit` replaces the processor time in seconds that each trial may take.
+    `limit` replaces the processor time in seconds that each trial may take. A film may take longer.
     """
     results: list[TrialResult | None] = [
         TrialResult(task.scenario.name, task.seed, error=task.error) if task.error else None for task in tasks
@@ -245,7 +253,7 @@ def run_tasks(
         result = results[index] = result_of(limited[number], outcome)
         on_result(index, result)
 
-    limited = [(tasks[index], limit or tasks[index].limit) for index in runnable]
+    limited = [(tasks[index], tasks[index].limit(limit)) for index in runnable]
     pool.map(run_task, limited, seconds_of, keep)
     return results
 
