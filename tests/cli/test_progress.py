@@ -77,6 +77,37 @@ def test_a_pipe_gets_no_bar(capsys: pytest.CaptureFixture[str], at_once: None) -
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The time in seconds."""
+    now = [1000.0]
+    monkeypatch.setattr(progress, "monotonic", lambda: now[0])
+    return now
+
+
+def test_a_pipe_gets_a_line_a_minute(capsys: pytest.CaptureFixture[str], clock: list[float]) -> None:
+    with progress.counting("running", 9) as advance:
+        for seconds in (50.0, 50.0, 10.0, 50.0, 40.0):
+            clock[0] += seconds
+            advance()
+    # 100 s for 2 of 9 leave 350 s; 160 s for 4 of 9 leave 200 s
+    expected = [
+        "running: 2 of 9 done, about 0:05:50 left",
+        "running: 4 of 9 done, about 0:03:20 left",
+    ]
+    assert capsys.readouterr() == ("", "\n".join(expected) + "\n")
+
+
+def test_the_time_left_is_that_of_the_mean_part() -> None:
+    left = progress._TimeLeft(total=24, now=0.0)
+    assert left.seconds(0.0) is None, "nothing is known before the first part is done"
+    for _ in range(8):  # of eight processes that end together
+        left.advance(600.0)
+    assert left.seconds(600.0) == 1200.0
+    assert left.seconds(700.0) == 1100.0
+    assert left.seconds(5000.0) == 0.0
+
+
 def test_errors_inside_the_block_are_raised() -> None:
     with pytest.raises(ValueError, match="so it is"), progress.busy("loading it"):
         raise ValueError("so it is")

@@ -1,4 +1,4 @@
-"""Shows on a terminal what KBot is doing, if that takes longer than a second."""
+"""Shows what KBot is doing, if that takes longer than a second."""
 
 from __future__ import annotations
 
@@ -7,13 +7,19 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from datetime import timedelta
+from time import monotonic
 from typing import TYPE_CHECKING
+
+from kbot.cli.output import print_note
 
 if TYPE_CHECKING:
     from rich.status import Status
 
 PATIENCE = 1.0
 """Seconds after which the terminal shows that KBot is busy. Shorter waits need no display."""
+LINE_SECONDS = 60.0
+"""Seconds between two lines in a file or a pipe, as in the log of a CI."""
 
 
 @contextmanager
@@ -55,32 +61,85 @@ def busy(what: str) -> Iterator[Callable[[str], None]]:
             waiting.join()
 
 
+class _TimeLeft:
+    """The time left for parts of a whole, if each takes as long as the mean of those that are done.
+
+    Rich estimates from the last seconds only, in which a long part shows nothing, or several end at once.
+    """
+
+    def __init__(self, total: int, now: float) -> None:
+        self.total, self.done = total, 0
+        self._begun = self._last = now
+
+    def advance(self, now: float) -> None:
+        self.done += 1
+        self._last = now
+
+    def seconds(self, now: float) -> float | None:
+        """None before the first part is done."""
+        if not self.done:
+            return None
+        left = (self._last - self._begun) / self.done * (self.total - self.done)
+        return max(0.0, left - (now - self._last))
+
+
 @contextmanager
 def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
     """Show how many of `total` parts are done, and the time left, if the block takes a while.
 
-    The yielded function reports that one more part is done.
+    The yielded function reports that one more part is done. Without a terminal, lines on stderr show it.
     """
+    left = _TimeLeft(total, monotonic())
     if not sys.stderr.isatty() or not total:
-        yield lambda: None
+        yield _lines(what, left)
         return
     from rich.console import Console  # slow to import; only on a terminal
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+    from rich.text import Text
 
     from kbot.text.terminal import for_progress
 
-    columns = TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    class TimeColumn(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(_duration(left.seconds(monotonic())))
+
+    columns = TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeColumn()
     progress = Progress(*columns, console=Console(file=for_progress(sys.stderr)), transient=True)
     bar = progress.add_task(what, total=total)
+
+    def advance() -> None:
+        left.advance(monotonic())
+        progress.advance(bar)
+
     waiting = threading.Timer(PATIENCE, progress.start)
     waiting.daemon = True
     waiting.start()
     try:
-        yield lambda: progress.advance(bar)
+        yield advance
     finally:
         waiting.cancel()
         waiting.join()
         progress.stop()
+
+
+def _lines(what: str, left: _TimeLeft) -> Callable[[], None]:
+    """A function that counts a part, and prints a line if the last one is a while ago."""
+    printed = monotonic()
+
+    def advance() -> None:
+        nonlocal printed
+        now = monotonic()
+        left.advance(now)
+        if now - printed >= LINE_SECONDS and left.done < left.total:
+            printed = now
+            print_note(f"{what}: {left.done} of {left.total} done, about {_duration(left.seconds(now))} left")
+
+    return advance
+
+
+def _duration(seconds: float | None) -> str:
+    """Hours, minutes and seconds."""
+    return "-:--:--" if seconds is None else str(timedelta(seconds=round(seconds)))
 
 
 @contextmanager
