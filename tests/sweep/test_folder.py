@@ -37,6 +37,15 @@ def out(tmp_path: Path) -> str:
     return folder
 
 
+def test_a_robot_whose_file_name_is_not_unicode_can_be_continued(tmp_path: Path) -> None:
+    plan = replace(PLANNED, robot=RobotSource("caf\udce9.xacro"))
+    for _ in range(2):
+        with opened_folder(str(tmp_path / "out"), plan) as journal:
+            if 0 not in journal:
+                journal.append(Row(0, 0, (0.5,), "drive", 0, True, None, "", {}))
+            assert journal.count == 1
+
+
 def test_the_description_is_written_only_if_it_changes(out: str) -> None:
     file = Path(out, PLAN)
     before = file.stat().st_ino  # a new file replaces the old one

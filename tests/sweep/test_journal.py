@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -112,6 +113,15 @@ def test_numbers_that_are_not_finite_have_no_value(tmp_path: Path) -> None:
     with Journal(tmp_path / "runs.jsonl", 100) as journal:
         journal.append(row(0, energy=float("nan"), slip=float("inf")))
         assert journal.row(0).measures == {"energy": None, "slip": None}
+
+
+def test_a_text_that_is_not_unicode_is_recorded_with_escapes(tmp_path: Path) -> None:
+    """A script may raise such a text, and a file name may have any bytes."""
+    wrong = replace(row(0), reason="ValueError: \ud800", scenario="caf\udce9")
+    with Journal(tmp_path / "runs.jsonl", 100) as journal:
+        journal.append(wrong)
+        found = journal.row(0)
+    assert (found.reason, found.scenario) == ("ValueError: \\ud800", "caf\\udce9")
 
 
 @pytest.mark.parametrize(

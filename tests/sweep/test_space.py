@@ -61,6 +61,7 @@ def test_values_of_a_text(text: str, expected: list[object], kind: type) -> None
         ("r=1,,2", "--set r=1,,2: one of the values is empty"),
         ("r=1,2,1", "--set r=1,2,1: the value 1 is given twice"),
         ("r=0,02:0,05", "--set r=0,02:0,05: a list cannot contain a range, and '02:0' is one"),
+        ("world=caf\udce9.sdf", r"--set world=caf\udce9.sdf is not valid UTF-8. Rename the file"),
         ("seed=-1,2", "--set seed=-1,2: seeds are integers from 0 on"),
         ("seed=0:1:3", "--set seed=0:1:3: seeds are integers from 0 on"),
         ("seed=0.5:2", "--set seed=0.5:2: seeds are integers from 0 on"),

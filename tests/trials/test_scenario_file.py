@@ -177,7 +177,11 @@ def test_documents_are_named_by_the_file_and_have_its_lines() -> None:
         ("wrld: maze", "3:1 T102 unknown key 'wrld' (did you mean 'world'?)"),
         ("start: {x: 1, jaw: 2}", "3:15 T102 unknown key 'jaw' (choose from x, y, yaw)"),
         ("seeds: 0", "3:8 T104 'seeds' must be at least 1, not 0"),
-        ("seeds: [1, -1]", "3:12 T104 'seeds' must be integers from 0 on, not -1"),
+        ("seeds: [1, -1]", "3:12 T104 'seeds' must be integers from 0 to 9223372036854775807, not -1"),
+        (
+            "seeds: [9223372036854775808]",
+            "3:9 T104 'seeds' must be integers from 0 to 9223372036854775807, not 9223372036854775808",
+        ),
         ("seeds: many", "3:8 T104 'seeds' must be a list of integers, or how many seeds, not 'many'"),
         ("start: 3", "3:8 T104 'start' must be a mapping with x, y, yaw, not 3"),
         ("start: {x: true}", "3:12 T104 'x' must be a number, not true"),

@@ -14,6 +14,7 @@ from kbot.sweep.journal import Journal
 from kbot.sweep.plan import SCHEMA, Plan
 from kbot.text import KbotError
 from kbot.text.files import read_text, write_text
+from kbot.text.render import encodable
 
 PLAN, JOURNAL, TABLE, LOCK = "sweep.json", "runs.jsonl", "results.parquet", ".lock"
 _OPTIONS = {
@@ -52,7 +53,8 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
         elif finished.exists():
             raise KbotError(f"{out} has {JOURNAL}, but not {PLAN}. Choose another folder with --out")
         if before != plan.to_json():
-            write_text(described, json.dumps(plan.to_json(), indent=2, ensure_ascii=False) + "\n")
+            text = json.dumps(plan.to_json(), indent=2, ensure_ascii=False)
+            write_text(described, encodable(text) + "\n")  # names of files may have any bytes
         try:
             with Journal(finished, plan.runs) as journal:
                 yield journal

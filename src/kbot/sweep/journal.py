@@ -11,7 +11,7 @@ import time
 from array import array
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -21,6 +21,7 @@ import orjson
 from kbot.sweep.space import Value, Values
 from kbot.text import KbotError
 from kbot.text.notes import note
+from kbot.text.render import encodable
 
 NEWLINE = b"\n"
 SYNC_SECONDS = 1.0
@@ -97,7 +98,8 @@ class Journal:
         Raises:
             KbotError: the disk is full, or the file cannot be written. The file is as before.
         """
-        line = orjson.dumps(row) + NEWLINE
+        reason = None if row.reason is None else encodable(row.reason)  # a user's program may raise any text
+        line = orjson.dumps(replace(row, reason=reason, scenario=encodable(row.scenario))) + NEWLINE
         try:
             self._write(line)
         except OSError as error:

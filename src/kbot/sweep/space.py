@@ -11,6 +11,7 @@ from typing import ClassVar
 
 from kbot.text import KbotError
 from kbot.text.numbers import to_float
+from kbot.text.render import encodable
 
 Value = int | float | str
 Values = tuple[Value, ...]
@@ -191,6 +192,8 @@ def parse_dimension(text: str) -> Dimension:
     """
     name, equals, values = (part.strip() for part in text.partition("="))
     name = name.removesuffix(":")  # name:=value is how other verbs take arguments
+    if encodable(text) != text:
+        raise KbotError(f"--set {encodable(text)} is not valid UTF-8. Rename the file")
     if not equals or not name:
         raise KbotError(f"'{text}' is not NAME=VALUES, for example wheel_radius=0.02:0.05:7")
     target = _target(name)

@@ -18,6 +18,8 @@ LONGEST_TRIAL = 86_400.0
 """Seconds of one trial: a day. Its trace has four million samples."""
 MOST_SEEDS = 10_000
 """Seeds of one scenario."""
+LARGEST_SEED = 2**63 - 1
+"""The integers of tables and files of results have 64 bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +129,9 @@ class Scenario:
         positive("the duration in seconds", self.duration, LONGEST_TRIAL)
         if not self.seeds or len(self.seeds) > MOST_SEEDS:
             raise KbotError(f"a scenario needs 1 to {MOST_SEEDS} seeds, not {len(self.seeds)}")
+        wrong = [seed for seed in self.seeds if not 0 <= seed <= LARGEST_SEED]
+        if wrong:
+            raise KbotError(f"seeds are integers from 0 to {LARGEST_SEED}, not {wrong[0]}")
         late = [step for step in self.steps if step.at > self.duration]
         if late:
             raise KbotError(

@@ -34,7 +34,7 @@ from kbot.trials.formats import (
 from kbot.trials.measures import FAMILIES, is_measure, measure_names, measures
 from kbot.trials.places import find_file, find_policy, find_regular_file, find_robot, find_world
 from kbot.trials.quantities import QUANTITIES
-from kbot.trials.scenario import Program, Range, RobotSource, Scenario, Step
+from kbot.trials.scenario import LARGEST_SEED, Program, Range, RobotSource, Scenario, Step
 
 SCHEMA_ADDRESS = "http://json-schema.org/draft-07/schema#"
 """The version of JSON Schema that the YAML plugins of editors support."""
@@ -53,11 +53,15 @@ class Seeds:
             return at.expected(self.label, value)
         wrong = [index for index, seed in enumerate(value) if not _is_seed(seed)]
         for index in wrong:
-            (at / index).expected("integers from 0 on", value[index])
+            (at / index).expected(f"integers from 0 to {LARGEST_SEED}", value[index])
         return WRONG if wrong else tuple(value)
 
     def schema(self) -> Schema:
-        seeds = {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 1}
+        seeds = {
+            "type": "array",
+            "items": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED},
+            "minItems": 1,
+        }
         return {"anyOf": [{"type": "integer", "minimum": 1}, seeds]}
 
 
@@ -288,7 +292,7 @@ def _keys(action: Format) -> Container[str]:
 
 
 def _is_seed(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= LARGEST_SEED
 
 
 def _with_unit(text: str, unit: str) -> str:

@@ -62,7 +62,7 @@ def write_report(
     Raises:
         KbotError: the file cannot be written.
     """
-    write_bytes(path, _Report(sweep, chosen, film).html().encode())
+    write_bytes(path, _Report(sweep, chosen, film).html().encode("utf-8", "backslashreplace"))
 
 
 @dataclass(frozen=True)
