@@ -43,7 +43,10 @@ def tables() -> str:
         *(
             text
             for name, task in ENVIRONMENTS.items()
-            for text in (f"### Options of {name}\n", _options(TASKS[task]))
+            for text in (
+                f"### Options of {name}\n",
+                _options(TASKS[task]) + _rows(Options, TASKS[task].defaults({"folder": "FOLDER"})),
+            )
         ),
         "### Options of `randomise`\n",
         _options(Randomisation),
@@ -64,14 +67,20 @@ def tables() -> str:
 
 
 def _options(kind: type) -> str:
+    defaults = {
+        each.name: each.default_factory() if each.default is MISSING else each.default  # type: ignore[misc]  # then it has one
+        for each in fields(kind)
+        if each.init
+    }
+    return "| option | default | meaning |\n| --- | --- | --- |\n" + _rows(kind, defaults)
+
+
+def _rows(kind: type, defaults: Mapping[str, object]) -> str:
+    """A row for each option of a kind that has a default here."""
     meanings = {name: " ".join(text.split()) for name, text in _FIELD.findall(inspect.getdoc(kind) or "")}
-    rows = []
-    for each in fields(kind):
-        if not each.init:
-            continue
-        default = each.default_factory() if each.default is MISSING else each.default  # type: ignore[misc]  # then it has one
-        rows.append(f"| `{each.name}` | {_shown(default)} | {meanings[each.name]} |\n")
-    return "| option | default | meaning |\n| --- | --- | --- |\n" + "".join(rows)
+    return "".join(
+        f"| `{name}` | {_shown(default)} | {meanings[name]} |\n" for name, default in defaults.items()
+    )
 
 
 def _shown(default: object) -> str:

@@ -47,6 +47,18 @@ def test_follows_a_given_path_to_its_end():
     assert -0.1 * info["time"] < offset <= 0.0, "it is less than 0.1 m from the path, on average"
 
 
+def test_a_path_may_repeat_points():
+    _, info = make(FOLLOW, path=[(0.0, 0.0), (0.0, 0.0), (0.0, 2.0)]).reset(seed=1)
+    assert info["start"] == pytest.approx([0.0, 0.0, math.pi / 2])
+
+
+def test_random_paths_of_a_narrow_range_of_distances():
+    """The lengths of a way there and back differ by up to 1e-11 m, so that no way may be exactly as long."""
+    environment = make(FOLLOW, world="rooms", corners=10, distance=(0.25, 0.25))
+    for seed in range(3):
+        assert environment.reset(seed=seed)[1]["way"] == pytest.approx(2.5, rel=0.05)
+
+
 def test_leaving_the_path_terminates():
     environment = make(FOLLOW, path=[(0.0, 0.0), (-2.0, 0.0)], offset=0.2)
     environment.reset(seed=1)
@@ -78,6 +90,9 @@ def test_random_paths_lead_around_obstacles():
         ({"corners": 0}, "corners"),
         ({"corners": 1.5}, "whole number"),
         ({"offset": -1.0}, "offset"),
+        ({"distance": (0.0, 1.0)}, "lowest distance"),
+        ({"path": PATH, "corners": 2}, "corners has no effect"),
+        ({"path": PATH, "distance": (1.0, 2.0)}, "distance has no effect"),
     ],
 )
 def test_wrong_paths_are_refused(options, part):
@@ -129,6 +144,10 @@ def test_another_robot_drives_in_a_world_of_the_challenge(small_barn):
     assert info["metric"] == 0.0
 
 
+def test_another_robot_has_the_time_limit_of_the_challenge(small_barn):
+    assert make(BARN, folder=small_barn, robot="kbot")._episodes.options.time_limit == 100.0
+
+
 @pytest.mark.parametrize(
     ("options", "part"),
     [
@@ -136,6 +155,9 @@ def test_another_robot_drives_in_a_world_of_the_challenge(small_barn):
         ({"folder": "/no/such/folder"}, "cannot be read"),
         ({"folder": "HERE", "worlds": [8]}, "has no world '8'"),
         ({"folder": "HERE", "worlds": []}, "at least one world"),
+        ({"folder": "HERE", "worlds": "12"}, "worlds must be a list of numbers"),
+        ({"folder": "HERE", "worlds": 5}, "worlds must be a list of numbers"),
+        ({"folder": "HERE", "world": "rooms"}, "world has no effect"),
     ],
 )
 def test_wrong_folders_are_refused(options, part, small_barn):

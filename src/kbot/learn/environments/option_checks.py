@@ -24,6 +24,12 @@ def require_range(name: str, value: Any, low: float, high: float) -> tuple[float
     return first, last
 
 
+def require_farther(distance: tuple[float, float], arrive: float) -> None:
+    """Raises KbotError: a robot at the lowest distance has arrived at once."""
+    if distance[0] <= arrive:
+        raise KbotError(f"the lowest distance ({distance[0]:g} m) must be greater than arrive ({arrive:g} m)")
+
+
 def require_length(name: str, value: object) -> float:
     """A length in m above 0. Raises KbotError: the option is something else."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):

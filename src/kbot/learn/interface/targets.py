@@ -111,6 +111,12 @@ class PathTarget:
         self.offset = 0.0
         """Distance in m between the robot and that place."""
 
+    @property
+    def start(self) -> PlanarPose:
+        """The pose at the start of the path, in its direction."""
+        (x, y), (ahead_x, ahead_y) = self._points[0].tolist(), self._directions[0].tolist()
+        return PlanarPose(x, y, math.atan2(ahead_y, ahead_x))
+
     def advance(self, pose: PlanarPose) -> None:
         """Find the place on the path that is nearest to the robot."""
         away = np.array([pose.x, pose.y]) - self._points[:-1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import hypot
 from typing import ClassVar
@@ -39,7 +39,7 @@ _BEGUN = 0.1
 class BarnTask(Task):
     """Drive 10 m ahead through a world of the BARN challenge, a random one in each episode.
 
-    The robot is by default the challenge's, with its speeds and its time limit.
+    The robot is by default the challenge's, with its speeds.
 
     folder  with `worlds.json`, and the challenge's robot in `jackal_description`
     worlds  numbers of the worlds; by default all
@@ -49,7 +49,7 @@ class BarnTask(Task):
     target: ClassVar[str] = "goal"
     rewards: ClassVar[Mapping[str, Reward]] = {"progress": PROGRESS}
     folder: str | os.PathLike[str] = ""
-    worlds: Sequence[int | str] | None = None
+    worlds: Iterable[int | str] | None = None
     arrive: float = ARRIVE
     _chosen: list[BarnWorld] = field(init=False, default_factory=list)
     _world: BarnWorld | None = field(init=False, default=None)
@@ -63,6 +63,8 @@ class BarnTask(Task):
         if not isinstance(self.folder, str | os.PathLike):
             raise KbotError(f"folder must be the path of a folder, not {self.folder!r}")
         known = read_barn_worlds(os.fspath(self.folder))
+        if isinstance(self.worlds, str) or not isinstance(self.worlds, Iterable | None):
+            raise KbotError(f"worlds must be a list of numbers, not {self.worlds!r}")
         names = list(known) if self.worlds is None else [str(number) for number in self.worlds]
         for name in names:
             if name not in known:
@@ -73,11 +75,14 @@ class BarnTask(Task):
 
     @classmethod
     def defaults(cls, options: Mapping[str, object]) -> dict[str, object]:
+        if "world" in options:
+            raise KbotError("world has no effect: choose worlds of the challenge with worlds")
+        found: dict[str, object] = {"time_limit": TIME_LIMIT}
         folder = options.get("folder")
-        if not isinstance(folder, str | os.PathLike) or "robot" in options:
-            return {}
-        robot, package = barn_robot(folder)
-        return {"robot": robot, "packages": (package,), "max_speed": MAX_SPEED, "time_limit": TIME_LIMIT}
+        if isinstance(folder, str | os.PathLike) and "robot" not in options:
+            robot, package = barn_robot(folder)
+            found |= {"robot": robot, "packages": (package,), "max_speed": MAX_SPEED}
+        return found
 
     @property
     def reach(self) -> float:

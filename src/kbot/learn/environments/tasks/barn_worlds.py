@@ -83,4 +83,4 @@ def _world(name: str, rows: list[str], path: list[list[float]]) -> BarnWorld:
 def barn_robot(folder: str | os.PathLike[str]) -> tuple[str, str]:
     """The file of the challenge's robot, and the folder in which its packages are searched."""
     package = Path(folder) / ROBOT
-    return str(package / "urdf" / "jackal.urdf"), str(package)
+    return (package / "urdf" / "jackal.urdf").as_posix(), package.as_posix()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -10,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.environments.option_checks import LONGEST, require_length, require_range
+from kbot.learn.environments.option_checks import LONGEST, require_farther, require_length, require_range
 from kbot.learn.environments.stage import Stage
 from kbot.learn.environments.tasks.task import ARRIVED, Reward, Start, Task, require_started
 from kbot.learn.interface.targets import PathTarget
@@ -55,8 +54,18 @@ class FollowTask(Task):
             raise KbotError(f"corners must be a whole number, not {self.corners!r}")
         if not 1 <= self.corners <= _MOST_CORNERS:
             raise KbotError(f"corners must be from 1 to {_MOST_CORNERS}, not {self.corners}")
-        if self.path is not None:
+        if self.path is None:
+            require_farther(self.distance, self.arrive)
+        else:
             PathTarget(Path.through(self.path))
+
+    @classmethod
+    def defaults(cls, options: Mapping[str, object]) -> dict[str, object]:
+        if options.get("path") is not None:
+            for name in ("corners", "distance"):
+                if name in options:
+                    raise KbotError(f"{name} has no effect with a given path: remove {name} or path")
+        return {}
 
     @property
     def reach(self) -> float:
@@ -65,10 +74,9 @@ class FollowTask(Task):
     def start(self, stage: Stage, random: np.random.Generator) -> Start:
         path = self._random_path(stage, random) if self.path is None else Path.through(self.path)
         # one that observes, and one that judges: noise on what the policy sees does not change the reward
-        self._follower, self._along = PathTarget(path), 0.0
-        (x, y), (to_x, to_y) = path.points[:2].tolist()
-        pose = PlanarPose(x, y, math.atan2(to_y - y, to_x - x))
-        return Start(pose, PathTarget(path), {"path": path.points, "way": path.length})
+        follower = self._follower = PathTarget(path)
+        self._along = 0.0
+        return Start(follower.start, PathTarget(path), {"path": path.points, "way": path.length})
 
     def judge(self, pose: PlanarPose, seconds: float) -> tuple[dict[str, float], str]:
         follower = require_started(self._follower)
@@ -84,12 +92,12 @@ class FollowTask(Task):
     def _random_path(self, stage: Stage, random: np.random.Generator) -> Path:
         """A path through random places, on the shortest ways around obstacles."""
         places = stage.places
-        points: list[tuple[float, float]] = []
+        last, _, cells = places.random_goal(random, *self.distance)
+        points, before = [last], last
         for _ in range(self.corners):
-            if not points:
-                at, _, cells = places.random_goal(random, *self.distance)
-                points.append(at)
-            else:
-                cells = places.between(places.ways_to(*points[-1]), *self.distance)
-            points += places.way(points[-1], places.random_place(random, cells))[1:]
+            # the way back is as long, but for rounding errors
+            at = places.random_place(random, cells) if len(cells) else before
+            points += places.way(last, at)[1:]
+            before, last = last, at
+            cells = places.between(places.ways_to(*last), *self.distance)
         return Path.through(points)

@@ -10,12 +10,11 @@ from typing import ClassVar
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.environments.option_checks import LONGEST, require_length, require_range
+from kbot.learn.environments.option_checks import LONGEST, require_farther, require_length, require_range
 from kbot.learn.environments.stage import Stage
 from kbot.learn.environments.tasks.remaining_way import RemainingWay
 from kbot.learn.environments.tasks.task import ARRIVED, Reward, Start, Task, require_started
 from kbot.learn.interface.targets import GoalTarget
-from kbot.text import KbotError
 
 PROGRESS = Reward(1.0, "m by which the shortest way to the goal around obstacles became shorter")
 
@@ -37,11 +36,7 @@ class GoalTask(Task):
     def __post_init__(self) -> None:
         self.distance = require_range("distance", self.distance, 0.0, LONGEST)
         self.arrive = require_length("arrive", self.arrive)
-        if self.distance[0] <= self.arrive:
-            raise KbotError(
-                f"a goal {self.distance[0]:g} m away is reached at once, because arrive is {self.arrive:g} m:"
-                " increase distance"
-            )
+        require_farther(self.distance, self.arrive)
 
     @property
     def reach(self) -> float:

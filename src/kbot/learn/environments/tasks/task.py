@@ -81,7 +81,11 @@ class Task(ABC):
 
     @classmethod
     def defaults(cls, options: Mapping[str, object]) -> dict[str, object]:
-        """Options of the environment that have other defaults for this task."""
+        """Options of the environment that have other defaults for this task.
+
+        Raises:
+            KbotError: an option has no effect on this task, or with another option.
+        """
         return {}
 
     def scene(self, scene: Scene, random: np.random.Generator) -> Scene:
