@@ -181,7 +181,7 @@ def test_a_pilot_sees_and_drives_the_same():
     environment = make(world="rooms", properties=LIDAR)
     seen, info = environment.reset(seed=4)
     interface, goal = environment.interface, GoalTarget(*info["goal"].tolist())
-    plain = kbot.Simulation(kbot.load("kbot", lidar=True), world="rooms")
+    plain = kbot.Simulation(kbot.load("kbot", lidar=True), world="rooms", seed=environment.simulation.seed)
     pilot = Pilot(plain, None, seen=LidarPoints(level_lidar(plain)))
     pilot.close()
     plain.models.set_pose(*info["start"].tolist())
@@ -266,11 +266,12 @@ def test_pictures_show_the_robot_and_its_goal():
         ({"world": None}, "world must be the name of a world"),
         ({"reverse": "maybe"}, "reverse must be True or False"),
         ({"lidar": 1.5}, "lidar must be a whole number"),
+        ({"lidar": True, "properties": LIDAR}, "lidar must be a whole number"),
         ({"reach": -1.0}, "reach in m must be a finite number above 0"),
         ({"max_speed": 0}, "max_speed must be two finite numbers"),
         ({"max_speed": ("fast", 1.0)}, "max_speed must be two finite numbers"),
         ({"timestep": 0.0}, "timestep in s must be a finite number above 0"),
-        ({"distance": (0.1, 3.0)}, "reached at once"),
+        ({"distance": (0.1, 3.0)}, "the lowest distance (0.1 m) must be greater than arrive (0.15 m)"),
         ({"arrive": 0.0}, "arrive"),
         ({"rewards": {"progres": 1.0}}, "did you mean 'progress'"),
         ({"rewards": {"progress": math.nan}}, "finite"),
@@ -304,9 +305,15 @@ def test_a_copy_has_the_options_and_its_own_episode():
         np.testing.assert_array_equal(copy.reset(seed=2)[0], environment.reset(seed=2)[0])
 
 
-def test_unknown_property_is_refused_when_it_is_drawn():
+def test_unknown_property_is_refused_before_the_first_episode():
     with pytest.raises(kbot.KbotError, match="wheel_radiu"):
-        make(randomise={"properties": {"wheel_radiu": (0.03, 0.05)}}).reset(seed=1)
+        make(randomise={"properties": {"wheel_radiu": (0.03, 0.05)}})
+
+
+def test_warnings_about_the_description_are_issued_but_not_for_drawn_values():
+    with pytest.warns(kbot.DescriptionWarning, match="caster_wheel_radius is set to 0.018"):
+        make(properties={"caster_wheel_radius": 0.018})
+    make(randomise={"properties": {"caster_wheel_radius": (0.017, 0.018)}}).reset(seed=1)
 
 
 def test_robot_that_cannot_drive_is_refused(tmp_path):
@@ -335,6 +342,20 @@ def test_friction_of_a_base_that_slides_is_refused(tmp_path):
 def test_world_without_room_is_refused():
     with pytest.raises(kbot.KbotError, match=r"no place|no two places"):
         make(world="corridor:length=1,width=0.25").reset(seed=1)
+
+
+def test_a_world_without_room_ends_the_last_episode():
+    environment = make(world="corridor:width=0.{seed}", world_seeds=(3, 9), distance=(0.5, 1.0))
+    environment.reset(seed=0)
+
+    def reset_in_worlds():
+        for seed in range(50):
+            environment.reset(seed=seed)
+
+    with pytest.raises(kbot.KbotError, match="no place"):
+        reset_in_worlds()
+    with pytest.raises(kbot.KbotError, match="call reset first"):
+        environment.step([0.0, 0.0])
 
 
 def test_the_page_shows_the_run_of_each_episode(monkeypatch):

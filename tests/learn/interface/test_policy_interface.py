@@ -193,6 +193,7 @@ def test_later_version_is_refused():
     ("make", "part"),
     [
         (lambda: Sectors(0), "lidar sectors must be a whole number"),
+        (lambda: Sectors(True), "lidar sectors must be a whole number"),
         (lambda: Sectors(4, 0.0, 7.0), "span"),
         (lambda: Sectors(4, reach=math.inf), "reach"),
         (lambda: PolicyInterface("gaol", (0.0, 1.0), (-1.0, 1.0)), "did you mean 'goal'"),

@@ -163,6 +163,9 @@ class Episodes:
         nominal = task.scene(self._scene, np.random.default_rng(0))
         self.stage = self._stage_of(_with_world_seed(nominal, self._seeds[0]))
         self.interface = self._interface_of(self.stage)
+        drawn = self._randomisation.draw_values(np.random.default_rng(0))
+        if drawn:
+            Stage(self.stage.scene.with_drawn(drawn), self.library, options.timestep)
         if self._randomisation.friction is not None:
             require_friction(self.stage.simulation)
         if self._randomisation.noise.lidar != NONE and self.interface.lidar is None:
@@ -187,6 +190,7 @@ class Episodes:
 
         The start, the noise and all random values of the episode come from `random`.
         """
+        self._is_over = True  # also if the next lines raise an error
         self._random = random
         self._end()
         stage = self.stage = self._stage_of(self._draw_scene(random))
@@ -315,7 +319,7 @@ class Episodes:
         low, high = self._seeds
         scene = _with_world_seed(scene, int(random.integers(low, high + 1)))
         values = self._randomisation.draw_values(random)
-        return scene.with_values(values) if values else scene
+        return scene.with_drawn(values) if values else scene
 
     def _stage_of(self, scene: Scene) -> Stage:
         stage = self._stages.get(scene.key)
@@ -375,7 +379,8 @@ def _require_kinds(options: Options) -> None:
         raise KbotError(f"world must be the name of a world, a file or a World, not {options.world!r}")
     if not isinstance(options.reverse, bool | np.bool_):
         raise KbotError(f"reverse must be True or False, not {options.reverse!r}")
-    if options.lidar is not None and not isinstance(options.lidar, int | np.integer):
+    is_count = isinstance(options.lidar, int | np.integer) and not isinstance(options.lidar, bool)
+    if options.lidar is not None and not is_count:
         raise KbotError(f"lidar must be a whole number of directions, not {options.lidar!r}")
     if not isinstance(options.properties, Mapping):
         raise KbotError(f"properties must be a dict of values by name, not {options.properties!r}")

@@ -12,6 +12,7 @@ import os
 import pickle
 import subprocess
 import sys
+import warnings
 from contextlib import suppress
 from typing import IO, Any
 from weakref import finalize
@@ -89,6 +90,7 @@ def main() -> None:
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)
     sys.stdout = sys.stderr
+    warnings.simplefilter("ignore")  # the first group, in the user's process, has the same ones
     group: Group | None = None
     with suppress(EOFError, BrokenPipeError):
         while True:

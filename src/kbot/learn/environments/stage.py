@@ -32,22 +32,23 @@ SEED = "{seed}"
 class Scene:
     """The robot and the world of an episode.
 
-    `values` are of xacro arguments and properties.
+    `values` are of xacro arguments and properties. `is_drawn`: some of them are random.
     """
 
     robot: str | os.PathLike[str] | RobotModel
     world: str | World
     values: tuple[tuple[str, Value], ...] = ()
     packages: tuple[str, ...] = ()
+    is_drawn: bool = False
 
     @property
     def key(self) -> tuple[object, ...]:
         """Scenes of one environment with equal keys are equal: they have the same robot."""
         return (self.world if isinstance(self.world, str) else self.world.name), self.values
 
-    def with_values(self, values: Mapping[str, Value]) -> Scene:
-        """The same scene with more values."""
-        return replace(self, values=tuple({**dict(self.values), **values}.items()))
+    def with_drawn(self, values: Mapping[str, Value]) -> Scene:
+        """The same scene with values that are drawn."""
+        return replace(self, values=tuple({**dict(self.values), **values}.items()), is_drawn=True)
 
 
 class Library:
@@ -110,5 +111,6 @@ def _load(scene: Scene) -> RobotModel:
             )
         return scene.robot
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # kbot check prints them; each episode would repeat them
+        if scene.is_drawn:  # each episode would repeat the warnings
+            warnings.simplefilter("ignore")
         return load(scene.robot, packages=list(scene.packages), arguments=dict(scene.values))

@@ -55,7 +55,8 @@ class Sectors:
     reach: float = 5.0
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.count, int) and 1 <= self.count <= _MOST_SECTORS):
+        is_whole = isinstance(self.count, int) and not isinstance(self.count, bool)
+        if not (is_whole and 1 <= self.count <= _MOST_SECTORS):
             raise KbotError(
                 f"lidar sectors must be a whole number from 1 to {_MOST_SECTORS}, not {self.count!r}"
             )
