@@ -91,6 +91,17 @@ def test_a_constant_command_shows_only_the_scale(tmp_path):
     assert found[ENCODER].value == pytest.approx(0.9, abs=1e-3)
 
 
+def test_an_empty_command_cell_is_the_last_command(tmp_path):
+    twists = commands(np.random.default_rng(4))
+    wheels = followed(wheel_commands(twists), 0.9, 0.1, 0.2)
+    sparse = twists.copy()
+    is_repeated = np.concatenate([[False], (np.diff(twists, axis=0) == 0.0).all(axis=1)])
+    sparse[is_repeated] = np.nan
+    found, expected = (response(log(tmp_path, each, wheels), NOMINAL) for each in (sparse, twists))
+    assert found[ENCODER].value == pytest.approx(0.9, abs=1e-3)
+    assert found == expected
+
+
 def test_without_commands_and_gyro_nothing_is_guessed(tmp_path):
     rng = np.random.default_rng(1)
     table = rows(Truth(), speeds(Truth(), 100, rng), rng, noise=(0.001, 0.001))

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from kbot.identify.log import LONGEST_GAP, Array, DriveLog
+from kbot.identify.log import LONGEST_GAP, Array, DriveLog, held
 from kbot.text import KbotError
 from kbot.text.files import read_source
 from kbot.text.notes import note
@@ -67,7 +67,7 @@ class _Reader:
             wheel_speeds=together(WHEELS),
             displacements=together(DISPLACEMENT),
             poses=together(POSE),
-            commands=together(COMMANDS),
+            commands=np.column_stack([_held(column) for column in together(COMMANDS).T]),
             gyro=together([GYRO])[:, 0],
         )
 
@@ -168,6 +168,12 @@ class _Reader:
 
     def _fail(self, line: int, column: int, text: str) -> NoReturn:
         raise KbotError(f"{self._path}:{line}:{column}: {text}")
+
+
+def _held(column: Array) -> Array:
+    """The last number at or above each row: an empty cell does not end a command."""
+    rows, is_given = np.arange(len(column), dtype=float), np.isfinite(column)
+    return held(rows[is_given], column[is_given], rows)
 
 
 def _bare(cell: str) -> str:

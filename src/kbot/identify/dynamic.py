@@ -102,6 +102,7 @@ def response(log: DriveLog, nominal: Nominal) -> dict[str, Interval]:
     used = np.isfinite(commanded).all(axis=1) & np.isfinite(log.wheel_speeds).all(axis=1) & (ends > starts)
     if used.sum() < _FEWEST:
         return {}
+    # before the first command the robot stands
     model = _Response(starts, np.nan_to_num(commanded), starts[used], ends[used])
     measured = log.wheel_speeds[used]
     if not np.abs(commanded[used]).max() > 0.0:

@@ -91,6 +91,16 @@ class Motions:
         )
 
 
+def held(times: Array, values: Array, at: Array) -> Array:
+    """The last value at or before each time of `at`, because a command applies until the next one.
+
+    It is NaN before the first. The times must increase.
+    """
+    absent = np.full((1, *values.shape[1:]), np.nan)
+    found: Array = np.concatenate([absent, values])[np.searchsorted(times, at, side="right")]
+    return found
+
+
 def wrapped(angles: Array) -> Array:
     """Angles in the range -pi to pi."""
     turned: Array = (angles + np.pi) % (2.0 * np.pi) - np.pi

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from kbot.identify.log import LONGEST_GAP, Array, DriveLog
+from kbot.identify.log import LONGEST_GAP, Array, DriveLog, held
 from kbot.identify.nominal import Nominal
 from kbot.identify.scan_matching import Scan, matched_poses
 from kbot.kinematics.frames import FrameTree
@@ -381,18 +381,14 @@ def _thinned(times: Array, poses: Array) -> tuple[Array, Array]:
 
 def _commands(path: str, contents: _Contents, grid: Array) -> Array:
     """(n, 2) the command in effect at the start of each interval, NaN before the first."""
-    found = np.full((len(grid), 2), np.nan)
     if not contents.commands:
-        return found
+        return np.full((len(grid), 2), np.nan)
     topic, series = max(contents.commands.items(), key=lambda item: len(item[1]))
     times, values = _by_recording(series.times, series.rows, path, topic)
     # commands have the time of recording, and the grid that of stamps
     times = times - (float(np.median(contents.delays)) if contents.delays else 0.0)
     starts = np.concatenate([grid[:1], grid[:-1]])
-    index = np.searchsorted(times, starts + 1e-9, side="right") - 1
-    is_given = index >= 0
-    found[is_given] = values[index[is_given]]
-    return found
+    return held(times, values, starts + 1e-9)
 
 
 def _by_recording(
