@@ -37,7 +37,8 @@ def test_the_table_shows_the_robot(log, capsys):
 def test_json_has_the_nominal_values_of_the_file(log, capsys):
     assert run(["identify", str(log), "kbot", "--json", "--sensor", "caster_wheel_link"]) == 2
     captured = capsys.readouterr()
-    assert json.loads(captured.out) == {"schema": 1, "parameters": {}, "unobservable": [], "residual": {}}
+    empty = {"schema": 1, "parameters": {}, "unobservable": [], "residual": {}, "sources": {}}
+    assert json.loads(captured.out) == empty
     assert "has no link 'caster_wheel_link'" in captured.err
     assert run(["identify", str(log), "kbot", "--json", "wheel_radius:=0.05"]) == 0
     parameters = json.loads(capsys.readouterr().out)["parameters"]

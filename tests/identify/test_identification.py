@@ -180,7 +180,7 @@ def test_wheels_with_wrong_signs_or_sides_are_reported(tmp_path, rng, change, ex
 def test_the_result_in_json(tmp_path, rng):
     table = rows(Truth(), speeds(Truth(), 200, rng), rng, slip=0.01, noise=(0.001, 0.001))
     found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table)).to_json()
-    assert list(found) == ["schema", "parameters", "unobservable", "residual"]
+    assert list(found) == ["schema", "parameters", "unobservable", "residual", "sources"]
     assert found["schema"] == 1
     radius = found["parameters"]["left_wheel_radius"]
     assert list(radius) == ["value", "unit", "low", "high", "nominal"]

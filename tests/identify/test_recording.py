@@ -1,5 +1,6 @@
 """Tests identification from recordings of a simulated robot whose sizes differ from those of its file."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -105,9 +106,9 @@ def messages(*stamped):
             message = JointState(Header(stamp, ""), names, tuple(values), (), ())
             yield Packet("/joint_states", message, nanoseconds)
         else:
-            x, frame = values
+            x, frame, child = (*values, "base_footprint")[:3]
             pose = PoseWithCovariance(Pose(Point(x, 0.0, 0.0), Quaternion()))
-            yield Packet("/pose", Odometry(Header(stamp, frame), "base_footprint", pose), nanoseconds)
+            yield Packet("/pose", Odometry(Header(stamp, frame), child, pose), nanoseconds)
 
 
 def written(path: Path, *stamped) -> str:
@@ -158,6 +159,68 @@ def test_unusable_recordings_have_one_clear_error(tmp_path, name):
     with pytest.raises(KbotError) as caught:
         identified(path)
     assert expected in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "wrapped", [lambda angle: angle % math.tau, lambda angle: math.remainder(angle, math.tau)]
+)
+def test_encoders_that_wrap(tmp_path, wrapped):
+    joints = [("joints", t, wrapped(5.0 * t), wrapped(-5.0 * t)) for t in TIMES]
+    log, _ = read_recording(written(tmp_path / "run.mcap", *joints, *moving(TIMES)), NOMINAL, None)
+    np.testing.assert_allclose(log.wheel_speeds[1:], [[5.0, -5.0]] * (len(TIMES) - 1), rtol=1e-6)
+
+
+def each_wheel(*names):
+    """Joint states of wheels that have their own messages, 10 ms apart."""
+    for time in TIMES:
+        for index, name in enumerate(names):
+            own = time + 0.01 * index
+            stamp = Time.from_nanoseconds(round(own * 1e9))
+            message = JointState(Header(stamp, ""), (name,), ((2.0 + index) * own,), (), ())
+            yield Packet(f"/{name}", message, round(own * 1e9))
+
+
+def test_wheels_in_separate_messages(tmp_path):
+    writer = open_writer(str(tmp_path / "run.mcap"))
+    for packet in [*each_wheel("left_wheel_joint", "right_wheel_joint"), *messages(*moving(TIMES))]:
+        writer.write(packet)
+    writer.close()
+    log, _ = read_recording(str(tmp_path / "run.mcap"), NOMINAL, None)
+    np.testing.assert_allclose(log.wheel_speeds[1:], [[2.0, 3.0]] * (len(log.durations) - 1), rtol=1e-6)
+    assert log.sources["joint_states"] == "/left_wheel_joint, /right_wheel_joint"
+
+
+def test_an_absent_wheel_is_named(tmp_path):
+    writer = open_writer(str(tmp_path / "run.mcap"))
+    for packet in [*each_wheel("left_wheel_joint"), *messages(*moving(TIMES))]:
+        writer.write(packet)
+    writer.close()
+    with pytest.raises(
+        KbotError, match=r"do not have the wheels 'right_wheel_joint'\. They have left_wheel_joint"
+    ):
+        read_recording(str(tmp_path / "run.mcap"), NOMINAL, None)
+
+
+def test_the_topics_are_reported(recorded):
+    found, _ = identified(recorded)
+    assert found.sources == {
+        "joint_states": "/joint_states",
+        "reference": "/kbot/poses",
+        "commands": "/kbot/commands",
+        "sensor_link": "base_footprint",
+    }
+    assert found.to_text().splitlines()[-1] == (
+        "from joint_states /joint_states, reference /kbot/poses, commands /kbot/commands, "
+        "sensor_link base_footprint"
+    )
+
+
+def test_an_unknown_frame_of_poses_is_reported(tmp_path):
+    moved = [(*pose, "marker") for pose in moving(TIMES)]
+    path = written(tmp_path / "run.mcap", *rolling(TIMES), *moved)
+    with pytest.warns(UserWarning, match="/pose has poses of 'marker', which is not a link of the robot"):
+        _, link = read_recording(path, NOMINAL, None)
+    assert link == NOMINAL.drive.base
 
 
 def test_a_reference_that_is_not_in_the_recording(tmp_path):

@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from kbot.identify.log import LONGEST_GAP, Array, DriveLog, held
+from kbot.identify.log import Array, DriveLog, held, jumps_ahead
 from kbot.text import KbotError
 from kbot.text.files import read_source
 from kbot.text.notes import note
@@ -24,8 +24,6 @@ COLUMNS = ("duration", "time", *WHEELS, *DISPLACEMENT, *POSE, *COMMANDS, GYRO)
 
 _LARGEST, _LATEST = 1e6, 1e12
 """Largest number in SI units, and largest time in s: times since 1970 are about 2e9 s."""
-_FEW = 100.0
-"""A gap is a jump if it is also this many times as long as the median interval."""
 
 
 def read_csv(path: str) -> DriveLog:
@@ -157,8 +155,7 @@ class _Reader:
                 f"the clock jumps back or stops: {before:.12g} s, then {now:.12g} s. Sort the rows by time, "
                 "remove repeated ones, or split the log at this line",
             )
-        typical = float(np.quantile(durations[1:], 0.5, method="lower")) if len(durations) > 1 else 0.0
-        for index in np.flatnonzero(durations > max(LONGEST_GAP, _FEW * typical)):
+        for index in jumps_ahead(times) + 1:
             self._fail(
                 self._lines[index],
                 1,

@@ -107,7 +107,9 @@ def _identify(log: DriveLog, nominal: Nominal) -> Identification:
     residual = Residual(len(kept), int(found.is_outlier.sum()), translation, rotation, *before)
     is_large = (np.abs(np.nan_to_num(found.errors)) > _NEGLIGIBLE).any(axis=1)
     is_disturbed[is_moving] = found.is_outlier & is_large
-    return Identification(estimates, unobservable, residual, is_disturbed)
+    link = nominal.sensor_link
+    sources = {**log.sources, **({} if link is None else {"sensor_link": link})}
+    return Identification(estimates, unobservable, residual, is_disturbed, sources)
 
 
 def _add_dynamic(

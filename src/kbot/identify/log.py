@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,10 @@ from kbot.text import KbotError
 
 Array = NDArray[np.float64]
 
-LONGEST_GAP = 60.0
+_LONGEST_GAP = 60.0
 """Time in s from which a gap may be a jump of the clock, such as from simulated time to wall-clock time."""
+_FEW = 100.0
+"""A gap is a jump if it is also this many times as long as the median interval."""
 _STOPPED = 0.01
 """Angle of the wheels in a stop, relative to the mean of all displacements: the encoders of a robot that
 stands may change by a digit."""
@@ -35,6 +38,9 @@ class DriveLog:
                    forward speed in m/s, and counterclockwise turning speed in rad/s. NaN before the first
                    command
     gyro           (N,), turning speed in rad/s that the gyro measured
+    new_frames     the intervals whose pose is in another fixed frame than the poses before it: the
+                   displacement between the two is unknown
+    sources        the topics of a recording from which the log was read, by their meaning
     """
 
     path: str
@@ -44,6 +50,8 @@ class DriveLog:
     poses: Array
     commands: Array
     gyro: Array
+    new_frames: Sequence[int] = ()
+    sources: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,6 +99,15 @@ class Motions:
         )
 
 
+def jumps_ahead(times: Array) -> NDArray[np.intp]:
+    """The indices of increasing times after which the clock jumps ahead."""
+    if len(times) < 2:
+        return np.array([], dtype=np.intp)
+    steps = np.diff(times)
+    typical = float(np.quantile(steps, 0.5, method="lower"))
+    return np.flatnonzero(steps > max(_LONGEST_GAP, _FEW * typical))
+
+
 def held(times: Array, values: Array, at: Array) -> Array:
     """The last value at or before each time of `at`, because a command applies until the next one.
 
@@ -118,7 +135,7 @@ def motions_of(log: DriveLog) -> Motions:
     angles = log.wheel_speeds * log.durations[:, None]
     is_known: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(angles), axis=1)
     if np.isfinite(log.poses).any():
-        start, stop, displacements = _between_poses(log.poses)
+        start, stop, displacements = _between_poses(log.poses, log.new_frames)
     else:
         # the rotation is in every displacement that can be used, or the translation, or both
         rows = np.flatnonzero(np.isfinite(log.displacements).any(axis=1))
@@ -145,7 +162,9 @@ def motions_of(log: DriveLog) -> Motions:
     return found
 
 
-def _between_poses(poses: Array) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+def _between_poses(
+    poses: Array, new_frames: Sequence[int]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
     at = np.flatnonzero(np.isfinite(poses).all(axis=1))
     before, after = poses[at[:-1]], poses[at[1:]]
     delta = after - before
@@ -157,7 +176,8 @@ def _between_poses(poses: Array) -> tuple[NDArray[np.intp], NDArray[np.intp], Ar
             wrapped(delta[:, 2]),
         ]
     )
-    return at[:-1] + 1, at[1:] + 1, displacements
+    is_known = ~np.isin(at[1:], new_frames)
+    return at[:-1][is_known] + 1, at[1:][is_known] + 1, displacements[is_known]
 
 
 _STILL_WHEEL = 1e-3

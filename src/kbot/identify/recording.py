@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kbot.identify.log import LONGEST_GAP, Array, DriveLog, held
+from kbot.identify.log import Array, DriveLog, held, jumps_ahead
 from kbot.identify.nominal import Nominal
 from kbot.identify.scan_matching import Scan, matched_poses
 from kbot.kinematics.frames import FrameTree
@@ -25,6 +26,7 @@ from kbot.record.reader import Recording
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
+from kbot.text.notes import note
 from kbot.text.suggest import suggest_or_list
 
 JOINTS, SCAN, IMU = "sensor_msgs/JointState", "sensor_msgs/LaserScan", "sensor_msgs/Imu"
@@ -44,6 +46,9 @@ _PERIOD = 0.1
 _SWAPPED = 0.2
 """Longest time in s by which a message may precede the one before it: a network can swap messages. Time that
 goes back further is another run."""
+_ROUNDING = 1e-3
+"""Angle in rad by which an encoder may exceed its range."""
+SOURCES = ("joint_states", "reference", "commands", "gyro")
 _FEWEST = 2
 """Motion needs at least this many poses of the reference, and messages of joint states."""
 
@@ -79,13 +84,12 @@ class _Series:
             )
         order = np.argsort(times, kind="stable")
         times, rows = times[order], rows[order]
-        steps = np.diff(times)
-        for index in np.flatnonzero(steps > LONGEST_GAP):
+        for index in jumps_ahead(times):
             raise KbotError(
-                f"{path}: the clock jumps ahead by {steps[index]:.6g} s on {topic} at {times[index]:.3f} s. "
-                "Cut the recording with kbot bag cut"
+                f"{path}: the clock jumps ahead by {times[index + 1] - times[index]:.6g} s on {topic} at "
+                f"{times[index]:.3f} s. Cut the recording with kbot bag cut"
             )
-        is_new = np.concatenate([[True], steps > 0.0])
+        is_new = np.concatenate([[True], np.diff(times) > 0.0])
         return times[is_new], rows[is_new]
 
 
@@ -94,7 +98,8 @@ class _Contents:
     """What a recording has, by topic."""
 
     topics: dict[str, str] = field(default_factory=dict)
-    joints: dict[str, _Series] = field(default_factory=dict)
+    joints: dict[tuple[str, str], _Series] = field(default_factory=dict)
+    """Positions and velocities by topic and joint, positive forwards."""
     joint_names: set[str] = field(default_factory=set)
     scans: dict[str, list[Scan]] = field(default_factory=dict)
     scan_frames: dict[str, str] = field(default_factory=dict)
@@ -109,10 +114,23 @@ class _Contents:
     """Time of recording minus the stamp of joint states, in s."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Reference:
+    """Times (n,) in s, poses (n, 3) of a link, and whether a pose begins in another fixed frame (n,)."""
+
+    topic: str
+    link: str
+    times: Array
+    poses: Array
+    is_first: NDArray[np.bool_]
+
+
 def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[DriveLog, str]:
     """Read a log, and the link whose motion its reference measures.
 
-    `reference` is a topic, or None to choose one.
+    `reference` is a topic, or None to choose one. Times are those of the stamps. Commands have no stamp, and
+    a localisation stamps its correction with a time in the future: both have their time of recording, less
+    the median time between stamp and recording of the joint states.
 
     Raises:
         KbotError: the recording cannot be read, or lacks joint states or a reference.
@@ -120,21 +138,23 @@ def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[
     contents = _read(path, nominal)
     if not contents.topics:
         raise KbotError(f"{path} has no messages")
-    wheel_times, angles = _wheels(path, nominal, contents)
-    poses, link = _reference(path, nominal, contents, reference, (wheel_times, angles))
-    times, reference_poses = poses
-    is_inside = (times >= wheel_times[0]) & (times <= wheel_times[-1])
-    times, reference_poses = times[is_inside], reference_poses[is_inside]
+    joint_topics, wheel_times, angles = _wheels(path, nominal, contents)
+    found = _reference(path, nominal, contents, reference, (wheel_times, angles))
+    is_inside = (found.times >= wheel_times[0]) & (found.times <= wheel_times[-1])
+    times = found.times[is_inside]
     if len(times) < _FEWEST:
         raise KbotError(f"{path}: the reference and the joint states are not of the same time")
     grid = np.union1d(wheel_times, times)
     grid = grid[np.concatenate([[True], np.diff(grid) > 1e-6])]
     at = np.clip(np.searchsorted(grid, times - 1e-6), 0, len(grid) - 1)
     placed = np.full((len(grid), 3), np.nan)
-    placed[at] = reference_poses
+    placed[at] = found.poses[is_inside]
     turned = np.column_stack([np.interp(grid, wheel_times, angles[:, side]) for side in (0, 1)])
     durations = np.diff(grid)
     speeds = np.diff(turned, axis=0) / durations[:, None]
+    command_topic, commands = _commands(path, contents, grid)
+    gyro_topic, gyro = _gyro(path, nominal, contents, grid)
+    topics = (joint_topics, found.topic, command_topic, gyro_topic)
     # the first interval has no wheel speeds: it only gives the pose at the start
     log = DriveLog(
         path=path,
@@ -142,21 +162,21 @@ def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[
         wheel_speeds=np.vstack([[np.nan, np.nan], speeds]),
         displacements=np.full((len(grid), 3), np.nan),
         poses=placed,
-        commands=_commands(path, contents, grid),
-        gyro=_gyro(path, nominal, contents, grid),
+        commands=commands,
+        gyro=gyro,
+        new_frames=at[found.is_first[is_inside]].tolist(),
+        sources={name: topic for name, topic in zip(SOURCES, topics, strict=True) if topic},
     )
-    return log, link
+    return log, found.link
 
 
 def _read(path: str, nominal: Nominal) -> _Contents:
     found = _Contents()
-    wheels = (nominal.drive.left, nominal.drive.right)
-    signs = nominal.drive.forward
     for entry in Recording(path).entries():
         kind = entry.type_name.replace("/msg/", "/")
         found.topics.setdefault(entry.topic, kind)
         if kind == JOINTS:
-            _add_joints(found, entry, wheels, signs)
+            _add_joints(found, entry, nominal.drive.forward)
         elif kind == SCAN:
             _add_scan(found, entry)
         elif kind in TRANSFORMS:
@@ -176,6 +196,11 @@ def _read(path: str, nominal: Nominal) -> _Contents:
             found.gyro_frames.setdefault(entry.topic, message.header.frame_id)
             series = found.gyros.setdefault(entry.topic, _Series())
             series.add(_time(message, entry), float(turn.x), float(turn.y), float(turn.z))
+    recorded = [*found.commands.values()]
+    recorded += [series for (parent, _), series in found.transforms.items() if parent == "map"]
+    delay = float(np.median(found.delays)) if found.delays else 0.0
+    for series in recorded:
+        series.times = [time - delay for time in series.times]
     return found
 
 
@@ -194,25 +219,19 @@ def _time(message: Any, entry: RecordedMessage) -> float:  # noqa: ANN401 - a me
     return seconds or entry.nanoseconds * 1e-9
 
 
-def _add_joints(
-    found: _Contents, entry: RecordedMessage, wheels: Sequence[Sequence[str]], signs: Mapping[str, float]
-) -> None:
+def _add_joints(found: _Contents, entry: RecordedMessage, forward: Mapping[str, float]) -> None:
     message = entry.message()
     names = list(message.name)
     found.joint_names.update(names)
-    if not all(name in names for side in wheels for name in side):
-        return
-    place = {name: index for index, name in enumerate(names)}
     time = _time(message, entry)
-    sides = []
-    for values in (message.position, message.velocity):
-        for side in wheels:
-            known = len(values) == len(names)
-            sides.append(
-                float(np.mean([values[place[name]] * signs[name] for name in side])) if known else math.nan
-            )
-    found.delays.append(entry.nanoseconds * 1e-9 - time)
-    found.joints.setdefault(entry.topic, _Series()).add(time, *sides)
+    for name in forward.keys() & names:
+        index = names.index(name)
+        position, velocity = (
+            values[index] * forward[name] if len(values) == len(names) else math.nan
+            for values in (message.position, message.velocity)
+        )
+        found.joints.setdefault((entry.topic, name), _Series()).add(time, position, velocity)
+        found.delays.append(entry.nanoseconds * 1e-9 - time)
 
 
 def _add_scan(found: _Contents, entry: RecordedMessage) -> None:
@@ -262,29 +281,53 @@ def _listed(contents: _Contents) -> str:
     return ", ".join(names[:12]) + more
 
 
-def _wheels(path: str, nominal: Nominal, contents: _Contents) -> tuple[Array, Array]:
-    """Times, and the angles (n, 2) in rad by which the left and right wheels have turned."""
-    if not contents.joints:
-        if contents.joint_names:
-            wanted = ", ".join(f"'{name}'" for name in nominal.drive.joints)
-            listed = ", ".join(sorted(contents.joint_names)[:8])
-            raise KbotError(f"{path}: its joint states do not have the wheels {wanted}. They have {listed}")
+def _wheels(path: str, nominal: Nominal, contents: _Contents) -> tuple[str, Array, Array]:
+    """The topics, times, and the angles (n, 2) in rad by which the left and right wheels have turned.
+
+    The wheels may be in different messages. The times are those of one wheel, while all wheels have messages.
+    """
+    if not contents.joint_names:
         raise KbotError(f"{path} has no joint states (sensor_msgs/JointState). It has {_listed(contents)}")
-    topic, series = max(contents.joints.items(), key=lambda item: len(item[1]))
+    drive = nominal.drive
+    absent = [name for name in drive.joints if name not in contents.joint_names]
+    if absent:
+        wanted = ", ".join(f"'{name}'" for name in absent)
+        listed = ", ".join(sorted(contents.joint_names)[:8])
+        raise KbotError(f"{path}: its joint states do not have the wheels {wanted}. They have {listed}")
+    topics, turned = dict[str, None](), dict[str, tuple[Array, Array]]()
+    for name in drive.joints:
+        of_wheel = {topic: series for (topic, joint), series in contents.joints.items() if joint == name}
+        topic = max(of_wheel, key=lambda topic: len(of_wheel[topic]))
+        topics[topic] = None
+        turned[name] = _turned(path, topic, name, of_wheel[topic])
+    grid = turned[drive.joints[0]][0]
+    starts, ends = zip(*((times[0], times[-1]) for times, _ in turned.values()), strict=True)
+    grid = grid[(grid >= max(starts)) & (grid <= min(ends))]
+    if len(grid) < _FEWEST:
+        raise KbotError(f"{path}: the messages of the wheels on {', '.join(topics)} are not of the same time")
+    angles = [
+        np.mean([np.interp(grid, *turned[name]) for name in side], axis=0)
+        for side in (drive.left, drive.right)
+    ]
+    return ", ".join(topics), grid, np.column_stack(angles)
+
+
+def _turned(path: str, topic: str, name: str, series: _Series) -> tuple[Array, Array]:
+    """Times, and the angles in rad by which a wheel has turned."""
     rows = np.array(series.rows)
-    columns = slice(0, 2) if np.isfinite(rows[:, :2]).any() else slice(2, 4)
-    if not np.isfinite(rows[:, columns]).any():
-        raise KbotError(f"{path}: {topic} has neither positions nor velocities of the wheels")
-    times, values = _Series(series.times, [tuple(row) for row in rows[:, columns].tolist()]).arrays(
-        path, topic
-    )
+    column = int(not np.isfinite(rows[:, 0]).any())
+    if not np.isfinite(rows[:, column]).any():
+        raise KbotError(f"{path}: {topic} has neither positions nor velocities of '{name}'")
+    used = _Series(series.times, [(value,) for value in rows[:, column].tolist()])
+    times, table = used.arrays(path, topic)
     if len(times) < _FEWEST:
         raise KbotError(f"{path}: {topic} has {len(times)} messages, too few for a motion")
-    if columns.start:  # velocities: the trapezoidal rule
-        steps = (values[1:] + values[:-1]) / 2.0 * np.diff(times)[:, None]
-        return times, np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
-    if np.abs(values).max() <= math.pi + 1e-3:  # encoders that wrap
-        values = np.unwrap(values, axis=0)
+    values = table[:, 0]
+    if column:  # velocities: the trapezoidal rule
+        return times, np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2.0 * np.diff(times))])
+    low, high = values.min() + _ROUNDING, values.max() - _ROUNDING
+    if (low >= -math.pi and high <= math.pi) or (low >= 0.0 and high <= math.tau):
+        values = np.unwrap(values)  # encoders that wrap
     return times, values
 
 
@@ -294,8 +337,7 @@ def _reference(
     contents: _Contents,
     reference: str | None,
     wheels: tuple[Array, Array],
-) -> tuple[tuple[Array, Array], str]:
-    """The times (n,) and poses (n, 3) of the reference, and the link that it measures."""
+) -> _Reference:
     robot = nominal.loaded.require()
     wanted = None if reference is None else "/" + reference.lstrip("/")
     if wanted is not None and wanted not in contents.topics:
@@ -316,10 +358,13 @@ def _reference(
     for topic, series, link in candidates:
         if wanted in (None, topic) and len(series) >= _FEWEST:
             if link not in robot.links:
+                note(
+                    f"{path}: {topic} has poses of '{link}', which is not a link of the robot. They are "
+                    f"taken as those of '{nominal.drive.base}'. Name another link with --sensor"
+                )
                 link = nominal.drive.base
-            times, poses = series.arrays(path, topic)
-            poses[:, 2] = np.unwrap(poses[:, 2])
-            return _thinned(times, poses), link
+            times, poses = _thinned(*series.arrays(path, topic))
+            return _Reference(topic, link, times, poses, np.zeros(len(times), dtype=bool))
     for topic, scans in contents.scans.items():
         if wanted in (None, topic):
             frame = contents.scan_frames[topic].lstrip("/")
@@ -329,7 +374,8 @@ def _reference(
                     f"{path}: {topic} is in the frame '{frame}', which is not a link of the robot. Name the "
                     "lidar's link with --sensor"
                 )
-            return matched_poses(path, topic, scans, wheels, nominal.with_sensor(lidar)), lidar
+            matched = matched_poses(path, topic, scans, wheels, nominal.with_sensor(lidar))
+            return _Reference(topic, lidar, *matched)
     if wanted is not None:
         raise KbotError(f"{path}: {wanted} is not a reference: it has neither poses nor scans of a lidar")
     raise KbotError(
@@ -379,16 +425,14 @@ def _thinned(times: Array, poses: Array) -> tuple[Array, Array]:
     return times[kept], poses[kept]
 
 
-def _commands(path: str, contents: _Contents, grid: Array) -> Array:
-    """(n, 2) the command in effect at the start of each interval, NaN before the first."""
+def _commands(path: str, contents: _Contents, grid: Array) -> tuple[str, Array]:
+    """The topic, and (n, 2) the command in effect at the start of each interval, NaN before the first."""
     if not contents.commands:
-        return np.full((len(grid), 2), np.nan)
+        return "", np.full((len(grid), 2), np.nan)
     topic, series = max(contents.commands.items(), key=lambda item: len(item[1]))
     times, values = _by_recording(series.times, series.rows, path, topic)
-    # commands have the time of recording, and the grid that of stamps
-    times = times - (float(np.median(contents.delays)) if contents.delays else 0.0)
     starts = np.concatenate([grid[:1], grid[:-1]])
-    return held(times, values, starts + 1e-9)
+    return topic, held(times, values, starts + 1e-9)
 
 
 def _by_recording(
@@ -402,10 +446,10 @@ def _by_recording(
     return np.array(times)[order], values[order]
 
 
-def _gyro(path: str, nominal: Nominal, contents: _Contents, grid: Array) -> Array:
-    """(n,) the mean turning speed about the vertical in each interval, NaN without a gyro."""
+def _gyro(path: str, nominal: Nominal, contents: _Contents, grid: Array) -> tuple[str, Array]:
+    """The topic, and (n,) the mean turning speed about the vertical in each interval, NaN without a gyro."""
     if not contents.gyros:
-        return np.full(len(grid), np.nan)
+        return "", np.full(len(grid), np.nan)
     topic, series = max(contents.gyros.items(), key=lambda item: len(item[1]))
     times, rates = series.arrays(path, topic)
     robot = nominal.loaded.require()
@@ -414,8 +458,13 @@ def _gyro(path: str, nominal: Nominal, contents: _Contents, grid: Array) -> Arra
     if frame in robot.links:
         base_from_imu: Transform = FrameTree(robot).pose(frame, in_frame=nominal.drive.base)
         vertical = base_from_imu.rotation[2]
+    elif frame:
+        note(
+            f"{path}: {topic} is in the frame '{frame}', which is not a link of the robot. Its z axis is "
+            "taken as vertical"
+        )
     turning = rates @ vertical
     angle = np.concatenate([[0.0], np.cumsum((turning[1:] + turning[:-1]) / 2.0 * np.diff(times))])
     means = np.diff(np.interp(grid, times, angle)) / np.diff(grid)
     means[(grid[:-1] < times[0]) | (grid[1:] > times[-1])] = np.nan
-    return np.concatenate([[np.nan], means])
+    return topic, np.concatenate([[np.nan], means])

@@ -16,7 +16,13 @@ SCHEMA = 1
 _MOST_DECIMALS = 6
 """A micrometre, or a microradian."""
 
-NO_RESULT: dict[str, Any] = {"schema": SCHEMA, "parameters": {}, "unobservable": [], "residual": {}}
+NO_RESULT: dict[str, Any] = {
+    "schema": SCHEMA,
+    "parameters": {},
+    "unobservable": [],
+    "residual": {},
+    "sources": {},
+}
 """The JSON after an error."""
 
 
@@ -70,13 +76,15 @@ class Identification:
     """The estimates by name, and the parameters that the log cannot show with what would show them.
 
     `is_disturbed` (M,) marks the displacements of the log's `Motions` in which the robot slipped or
-    collided, or the reference failed: outliers with large errors.
+    collided, or the reference failed: outliers with large errors. `sources` are the topics from which the log
+    was read, and the link of the sensor.
     """
 
     parameters: Mapping[str, Estimate]
     unobservable: Mapping[str, str]
     residual: Residual
     is_disturbed: NDArray[np.bool_]
+    sources: Mapping[str, str]
 
     def to_json(self) -> dict[str, Any]:
         residual = self.residual
@@ -92,6 +100,7 @@ class Identification:
                 "nominal_translation": residual.nominal_translation,
                 "nominal_rotation": residual.nominal_rotation,
             },
+            "sources": dict(self.sources),
         }
 
     def to_text(self) -> str:
@@ -116,6 +125,8 @@ class Identification:
             if after is not None:
                 compared = "" if before is None else f" (with the file: {before:.3g} {unit})"
                 lines.append(f"error of {what} in an interval: {after:.3g} {unit}{compared}")
+        if self.sources:
+            lines.append("from " + ", ".join(f"{name} {source}" for name, source in self.sources.items()))
         return "\n".join(lines)
 
 

@@ -21,12 +21,15 @@ from kbot.identify.log import Array
 from kbot.identify.nominal import Nominal
 from kbot.kinematics.planar_pose import PlanarPose, integrate
 from kbot.text import KbotError
+from kbot.text.notes import note
 
 _LONGEST = 0.2
 _SHARPEST = 0.3
 _LATEST = 1.0
 """A scan is matched to the one before once the wheels show a displacement of this many m or rad, or after
 this many s: matching has about the same error for any small displacement."""
+_LOST = 3.0
+"""Time in s without a match after which the next scan is not compared with the last matched one."""
 _FARTHEST = 0.3
 """Distance in m at which a point and a line still correspond, in the first rounds."""
 _ROUNDS = 25
@@ -53,39 +56,42 @@ class Scan:
 
 def matched_poses(
     path: str, topic: str, scans: Sequence[Scan], wheels: tuple[Array, Array], nominal: Nominal
-) -> tuple[Array, Array]:
-    """Times (n,) and chained poses (n, 3) of the lidar, from the first scan on.
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Times (n,) and chained poses (n, 3) of the lidar, and (n,) whether a pose begins a new chain.
 
-    `wheels` are times and angles, with which the search starts.
+    A chain ends where no scan matches for some seconds. `wheels` are times and angles, with which the search
+    starts.
 
     Raises:
         KbotError: no scans can be matched.
     """
-    times, poses = [], []
+    times, poses, is_first = list[float](), list[PlanarPose](), list[bool]()
+    lost = 0.0
     before: tuple[Scan, _Lines, PlanarPose] | None = None
     for scan in sorted(scans, key=lambda scan: scan.time):
-        if before is None:
-            before = scan, _Lines(scan.points.astype(float)), PlanarPose()
-            times, poses = [scan.time], [before[2]]
-            continue
-        start, lines, pose = before
-        guess = _by_wheels(start.time, scan.time, wheels, nominal)
-        is_near = math.hypot(guess.x, guess.y) < _LONGEST and abs(guess.yaw) < _SHARPEST
-        if is_near and scan.time - start.time < _LATEST:
-            continue
-        points = scan.points.astype(float)
-        found = lines.match(points[np.isfinite(points).all(axis=1)], guess)
-        if found is None:
-            if scan.time - start.time > 3.0 * _LATEST:
-                break
-            continue
-        pose = pose @ found
+        points, pose, found = scan.points.astype(float), PlanarPose(), None
+        if before is not None:
+            start, lines, last = before
+            guess = _by_wheels(start.time, scan.time, wheels, nominal)
+            is_near = math.hypot(guess.x, guess.y) < _LONGEST and abs(guess.yaw) < _SHARPEST
+            if is_near and scan.time - start.time < _LATEST:
+                continue
+            found = lines.match(points[np.isfinite(points).all(axis=1)], guess)
+            if found is not None:
+                pose = last @ found
+            elif scan.time - start.time > _LOST:
+                lost += scan.time - start.time
+            else:
+                continue
         before = scan, _Lines(points), pose
         times.append(scan.time)
         poses.append(pose)
-    if len(times) < 2:
+        is_first.append(found is None)
+    if all(is_first):
         raise KbotError(f"{path}: the scans of {topic} cannot be matched: too few points, or none in common")
-    return np.array(times), np.array([(pose.x, pose.y, pose.yaw) for pose in poses])
+    if lost:
+        note(f"{path}: {lost:.0f} s of {topic} are not used, because the scans do not match")
+    return np.array(times), np.array([(pose.x, pose.y, pose.yaw) for pose in poses]), np.array(is_first)
 
 
 def _by_wheels(start: float, end: float, wheels: tuple[Array, Array], nominal: Nominal) -> PlanarPose:
