@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from click.testing import CliRunner, Result
 from kbot.cli import main
 from kbot.cli.sweep import command as sweep_command
 from kbot.sweep import cluster
+from kbot.sweep.journal import Journal, Row
 from kbot.text import KbotError
 
 DRIVE = """\
@@ -58,6 +60,23 @@ def test_the_best_design_is_shown_and_written() -> None:
     report = Path("report.html").read_text("utf-8")
     assert "Run of design 0" in report
     assert "data:image/webp" in report or "There is no film" in report
+
+
+def test_the_finished_runs_are_read_once_for_the_table_and_once_for_the_results(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A million runs have gigabytes of measures."""
+    reads: list[Journal] = []
+    rows = Journal.rows
+
+    def counted(journal: Journal) -> Iterator[Row]:
+        reads.append(journal)
+        return rows(journal)
+
+    monkeypatch.setattr(Journal, "rows", counted)
+    result = run(*RADIUS, "--write", "best.xacro", "--html", "report.html")
+    assert "2 passed, 0 failed in" in result.stdout
+    assert len(reads) == 2
 
 
 def test_existing_files_are_overwritten_only_if_the_user_agrees(folder: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from kbot.sweep.best_design import WrittenDesign, chosen_design, written_design
 from kbot.sweep.designs import Method
 from kbot.sweep.plan import Plan
-from kbot.sweep.runner import Design
+from kbot.sweep.results import Design
 from kbot.sweep.space import Choices, Dimension, Space, Target, Value
 from kbot.text import KbotError
 from kbot.trials.scenario import RobotSource

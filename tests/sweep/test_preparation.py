@@ -10,7 +10,7 @@ from kbot.sweep.best_design import written_design
 from kbot.sweep.designs import Method
 from kbot.sweep.plan import Plan
 from kbot.sweep.preparation import Request, prepare
-from kbot.sweep.runner import Design
+from kbot.sweep.results import Design
 from kbot.text import KbotError
 from kbot.trials.pool import Pool
 

@@ -44,7 +44,7 @@ def sweep(folder: Path, *objectives: Objective, count: int = 12, space: Space = 
 
 def report(folder: Path, *objectives: Objective, count: int = 12, space: Space = SPACE) -> str:
     with sweep(folder, *objectives, count=count, space=space) as made:
-        write_report(str(folder / "report.html"), made)
+        write_report(str(folder / "report.html"), made.results())
     return (folder / "report.html").read_text("utf-8")
 
 
@@ -102,7 +102,7 @@ def test_designs_that_are_equally_good_are_not_a_pareto_front(tmp_path: Path) ->
         for run, energy in enumerate((1.0, 1.0, 2.0)):
             values = (0.02 + 0.01 * run, "empty")
             journal.append(Row(run, run, values, "straight", 0, True, None, "", {"energy": energy}))
-        write_report(str(tmp_path / "report.html"), Sweep(plan, journal, tmp_path))
+        write_report(str(tmp_path / "report.html"), Sweep(plan, journal, tmp_path).results())
     text = (tmp_path / "report.html").read_text("utf-8")
     assert headings(text)[0] == "Best designs: 2 are equally good"
 
@@ -114,9 +114,9 @@ def test_a_report_of_nothing(tmp_path: Path) -> None:
 
 def test_the_run_of_the_chosen_design_is_shown(tmp_path: Path) -> None:
     with sweep(tmp_path, Objective("energy")) as made:
-        best = made.best()[0]
+        results = made.results()
         film = TrialResult("straight", 0, film_problem="off-screen OpenGL is missing")
-        write_report(str(tmp_path / "report.html"), made, best, film)
+        write_report(str(tmp_path / "report.html"), results, results.best[0], film)
     text = (tmp_path / "report.html").read_text("utf-8")
     assert "Run of design 1: straight, seed 0" in text
     assert "There is no film: off-screen OpenGL is missing." in text
@@ -148,7 +148,7 @@ def test_texts_of_strangers_are_only_text(tmp_path: Path) -> None:
 def test_the_report_of_an_optimisation_says_where_it_looked(tmp_path: Path) -> None:
     with sweep(tmp_path, Objective("energy")) as made:
         made.plan = replace(made.plan, method=Method.OPTIMIZE)
-        write_report(str(tmp_path / "report.html"), made)
+        write_report(str(tmp_path / "report.html"), made.results())
     assert (
         "An optimisation tries more designs where results are good." in (tmp_path / "report.html").read_text()
     )

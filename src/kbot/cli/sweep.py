@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from kbot.sweep.executor import Executor
     from kbot.sweep.plan import Plan
     from kbot.sweep.preparation import Request
-    from kbot.sweep.runner import Design, Sweep
+    from kbot.sweep.results import Design, Results
     from kbot.trials.pool import Pool
 
 COMPLETE, ALL_FAILED, INTERRUPTED = 0, 1, 130
@@ -180,10 +180,10 @@ def command(
     with ExitStack() as opened:
         try:
             ran = _run(words, options, execution, outputs, opened)
-            text = ran.sweep.to_json() if as_json else ran.summary()
+            text = ran.results.to_json() if as_json else ran.summary()
         except (Exception, KeyboardInterrupt):  # Ctrl-C before the first run
             if as_json:
-                from kbot.sweep.runner import NO_RESULT
+                from kbot.sweep.results import NO_RESULT
 
                 print_json(NO_RESULT)
             raise
@@ -192,18 +192,18 @@ def command(
         else:
             click.echo(text)
         if not ran.is_complete:
-            done = ran.sweep.journal.count
-            print_note(f"interrupted after {done} of {ran.sweep.plan.runs} runs. The same command continues")
+            done, runs = ran.results.done, ran.results.plan.runs
+            print_note(f"interrupted after {done} of {runs} runs. The same command continues")
             return INTERRUPTED
-        _write_outputs(ran.sweep, outputs, execution, ran.pool, as_json=as_json)
-        return COMPLETE if ran.sweep.has_passed else ALL_FAILED
+        _write_outputs(ran.results, outputs, execution, ran.pool, as_json=as_json)
+        return COMPLETE if ran.results.passed else ALL_FAILED
 
 
 @dataclass(frozen=True, slots=True)
 class _SweepResult:
     """A sweep whose execution has ended: with the last run, or by Ctrl-C."""
 
-    sweep: Sweep
+    results: Results
     pool: Pool
     is_complete: bool
     seconds: float
@@ -211,7 +211,7 @@ class _SweepResult:
     def summary(self) -> str:
         from kbot.sweep.summary import summary
 
-        return summary(self.sweep, self.seconds)
+        return summary(self.results, self.seconds)
 
 
 def _run(
@@ -250,7 +250,7 @@ def _run(
             sweep.run(executor, advance)
         except KeyboardInterrupt:
             is_complete = False
-    return _SweepResult(sweep, pool, is_complete, time.monotonic() - begun)
+    return _SweepResult(sweep.results(), pool, is_complete, time.monotonic() - begun)
 
 
 def _executor(execution: _ExecutionOptions, plan: Plan, pool: Pool, out: str) -> Executor:
@@ -287,11 +287,11 @@ def _check_outputs(outputs: _Outputs, options: _PlanOptions, *, confirmed: bool)
 
 
 def _write_outputs(
-    sweep: Sweep, outputs: _Outputs, execution: _ExecutionOptions, pool: Pool, *, as_json: bool
+    results: Results, outputs: _Outputs, execution: _ExecutionOptions, pool: Pool, *, as_json: bool
 ) -> None:
     from kbot.sweep.best_design import chosen_design
 
-    best = sweep.best()
+    best = results.best
     if outputs.html is not None:
         from kbot.sweep.report.html import film_of, write_report
 
@@ -303,12 +303,12 @@ def _write_outputs(
         film = None
         if shown is not None:
             with busy(f"filming design {shown.number}"):
-                film = film_of(sweep, shown, pool, execution.limit_time)
-        write_report(outputs.html, sweep, shown, film)
+                film = film_of(results.plan, shown, pool, execution.limit_time)
+        write_report(outputs.html, results, shown, film)
         print_note(f"wrote {outputs.html}")
     if outputs.write is not None:
         _write_design(
-            sweep.plan,
+            results.plan,
             chosen_design(best, outputs.design),
             outputs.write,
             outputs,

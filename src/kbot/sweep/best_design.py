@@ -10,7 +10,7 @@ from pathlib import Path
 from kbot.checks.formats import relative
 from kbot.model.load import resolve_robot_path
 from kbot.sweep.plan import Plan
-from kbot.sweep.runner import Design
+from kbot.sweep.results import Design
 from kbot.sweep.space import Target, Value
 from kbot.text import Edit, KbotError, Span, read_source, rewrite, write_text
 from kbot.text.edits import apply_edits, edited_texts, unified_diff

@@ -35,14 +35,15 @@ class Row:
 
     run           its number
     design        the number of its combination of values
-    values        one for each dimension
+    values        one for each dimension, in the order of `Space.dimensions`, with the units of the files in
+                  which the names are defined
     scenario      the scenario's name
     seed          of the simulation
     passed        whether all expectations are met
     reason        why it failed; None if it passed
     state_sha256  digest of the last state; empty if there is none
-    measures      the values of all measures by name; None where the run does not show one, which is NaN
-                  before it is recorded
+    measures      the values of all measures by name, in the units of `kbot.trials.measures`; None where the
+                  run does not show one, which is NaN before it is recorded
     """
 
     run: int

@@ -1,59 +1,21 @@
-"""Runs a sweep in a folder, and finds the best designs of what has been run."""
+"""Runs a sweep in a folder."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from kbot.sweep.executor import Executor
 from kbot.sweep.folder import TABLE, opened_folder
 from kbot.sweep.inputs import changed_files
-from kbot.sweep.journal import Journal, Row
-from kbot.sweep.objectives import front
+from kbot.sweep.journal import Journal
 from kbot.sweep.plan import Plan
+from kbot.sweep.results import Results, results_of
 from kbot.sweep.search import search
 from kbot.sweep.table import write_table
 from kbot.text import KbotError
 from kbot.text.notes import note
-
-SCHEMA = 1
-"""Version of the JSON of `kbot sweep`."""
-NO_RESULT: Mapping[str, object] = {
-    "schema": SCHEMA,
-    "method": None,
-    "runs": 0,
-    "passed": 0,
-    "failed": 0,
-    "missing": 0,
-    "table": None,
-    "objectives": {},
-    "best": [],
-}
-"""The JSON of a sweep that could not begin."""
-
-
-@dataclass(frozen=True)
-class Design:
-    """One combination of values.
-
-    number      its number
-    values      by the name of the dimension
-    objectives  by name, NaN if no run of it has a value
-    rows        its runs
-    """
-
-    number: int
-    values: Mapping[str, int | float | str]
-    objectives: Mapping[str, float]
-    rows: tuple[Row, ...]
-
-    @property
-    def passed(self) -> bool:
-        return all(row.passed for row in self.rows)
 
 
 class Sweep:
@@ -71,11 +33,6 @@ class Sweep:
     def missing(self) -> int:
         """The number of runs that are not finished."""
         return self.plan.runs - self.journal.count
-
-    @property
-    def has_passed(self) -> bool:
-        """Whether at least one run passed."""
-        return any(row.passed for row in self.journal.rows())
 
     def run(self, executor: Executor, on_done: Callable[[], object] = lambda: None) -> None:
         """Execute the missing runs, and write the table. `on_done` is called after each run.
@@ -103,47 +60,9 @@ class Sweep:
             )
         write_table(self.table, self.plan, self.journal)
 
-    def designs(self) -> Iterator[Design]:
-        """The designs of which all runs are finished, in order."""
-        plan = self.plan
-        names = [each.name for each in plan.space.dimensions]
-        for number, found in groupby(self.journal.rows(), key=lambda row: row.design):
-            rows = tuple(found)
-            if len(rows) == len(plan.trials):
-                objectives = {
-                    objective.name: value
-                    for objective, value in zip(plan.objectives, plan.objective_values(rows), strict=True)
-                }
-                yield Design(number, dict(zip(names, rows[0].values, strict=True)), objectives, rows)
-
-    def best(self) -> list[Design]:
-        """The best designs of which all runs passed: the Pareto front. Empty without an objective."""
-        if not self.plan.objectives:
-            return []
-        values = {each.number: tuple(each.objectives.values()) for each in self.designs() if each.passed}
-        chosen = front(self.plan.objectives, values)
-        order = {number: index for index, number in enumerate(chosen)}
-        return sorted(
-            (each for each in self.designs() if each.number in order), key=lambda each: order[each.number]
-        )
-
-    def to_json(self) -> dict[str, Any]:
-        """The object that `kbot sweep --json` prints."""
-        passed = sum(row.passed for row in self.journal.rows())
-        return {
-            "schema": SCHEMA,
-            "method": str(self.plan.method),
-            "runs": self.plan.runs,
-            "passed": passed,
-            "failed": self.journal.count - passed,
-            "missing": self.missing,
-            "table": str(self.table),
-            "objectives": {each.name: each.direction for each in self.plan.objectives},
-            "best": [
-                {"design": each.number, "values": each.values, "objectives": each.objectives}
-                for each in self.best()
-            ],
-        }
+    def results(self) -> Results:
+        """What the finished runs show."""
+        return results_of(self.plan, self.journal, self.table)
 
 
 @contextmanager

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
 
-from kbot.sweep.runner import Design, Sweep
+from kbot.sweep.results import Results
 from kbot.text.render import printable
 from kbot.trials.measures import find_measure, is_measure
 from kbot.trials.results import with_unit
@@ -17,33 +16,32 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 """Reasons that differ only in numbers are printed once."""
 
 
-def summary(sweep: Sweep, seconds: float) -> str:
+def summary(results: Results, seconds: float) -> str:
     """The best designs, the most frequent reasons of failures, the counts, and the file of the table."""
     reasons: Counter[str] = Counter()
     examples: dict[str, str] = {}
-    for row in sweep.journal.rows():
-        if row.reason is not None:
-            kind = _NUMBER.sub("", row.reason)
-            reasons[kind] += 1
-            examples.setdefault(kind, row.reason)
-    failed, done = sum(reasons.values()), sweep.journal.count
-    lines = _best(sweep, sweep.best())
+    for reason, count in results.reasons.items():
+        kind = _NUMBER.sub("", reason)
+        reasons[kind] += count
+        examples.setdefault(kind, reason)
+    lines = _best(results)
     for kind, count in reasons.most_common(MOST_SHOWN):
         similar = " (and similar)" if count > 1 else ""
         lines.append(printable(f"{count} failed: {examples[kind]}{similar}"))
     if len(reasons) > MOST_SHOWN:
         shown = sum(count for _, count in reasons.most_common(MOST_SHOWN))
-        lines.append(f"{failed - shown} failed for other reasons")
-    missing = f", {sweep.missing} missing" if sweep.missing else ""
-    lines.append(f"{done - failed} passed, {failed} failed{missing} in {seconds:.1f} s: {sweep.table}")
+        lines.append(f"{results.failed - shown} failed for other reasons")
+    missing = f", {results.missing} missing" if results.missing else ""
+    counts = f"{results.passed} passed, {results.failed} failed{missing}"
+    lines.append(f"{counts} in {seconds:.1f} s: {results.table}")
     return "\n".join(lines)
 
 
-def _best(sweep: Sweep, best: Sequence[Design]) -> list[str]:
-    objectives = sweep.plan.objectives
+def _best(results: Results) -> list[str]:
+    objectives, best = results.plan.objectives, results.best
     if not objectives:
         return []
-    so_far = f" so far, after {sweep.journal.count} of {sweep.plan.runs} runs" if sweep.missing else ""
+    so_far = f" so far, after {results.done} of {results.plan.runs} runs" if results.missing else ""
     if not best:
         return [f"no design passed all its runs and has a value of each objective{so_far}"]
     goals = ", ".join(f"{'highest' if each.is_maximum else 'lowest'} {each.name}" for each in objectives)

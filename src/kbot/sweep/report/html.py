@@ -6,7 +6,6 @@ Names and texts come from files of strangers: all text passes `escaped`, or the 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,7 +26,9 @@ from kbot.trials.results import TrialResult, with_unit
 from kbot.xacro import Packages, expand
 
 if TYPE_CHECKING:
-    from kbot.sweep.runner import Design, Sweep
+    from kbot.sweep.plan import Plan
+    from kbot.sweep.results import Design, Results
+    from kbot.trials.scenario import RobotSource
 
 MOST_LINES = 500
 """Designs in a chart. More lines hide each other."""
@@ -43,26 +44,26 @@ MOST_EFFECTS = 36
 """Charts of an objective against a dimension."""
 
 
-def film_of(sweep: Sweep, design: Design, pool: Pool, limit: float | None = None) -> TrialResult | None:
+def film_of(plan: Plan, design: Design, pool: Pool, limit: float | None = None) -> TrialResult | None:
     """Execute the first run of a design again, with a film. None after Ctrl-C.
 
     `limit` is the processor time in seconds that the run may take.
     """
-    row = design.rows[0]
-    task = replace(sweep.plan.task(row.run, row.values), with_film=True, robot=sweep.plan.robot.file)
+    run = design.number * len(plan.trials)
+    task = replace(plan.task(run, tuple(design.values.values())), with_film=True, robot=plan.robot.file)
     (result,) = run_tasks(pool, [task], limit=limit)
     return result
 
 
 def write_report(
-    path: str, sweep: Sweep, chosen: Design | None = None, film: TrialResult | None = None
+    path: str, results: Results, chosen: Design | None = None, film: TrialResult | None = None
 ) -> None:
     """Write the report of a sweep. `chosen` is the design of the film.
 
     Raises:
         KbotError: the file cannot be written.
     """
-    write_bytes(path, _Report(sweep, chosen, film).html().encode("utf-8", "backslashreplace"))
+    write_bytes(path, _Report(results, chosen, film).html().encode("utf-8", "backslashreplace"))
 
 
 @dataclass(frozen=True)
@@ -88,12 +89,12 @@ class _Column:
 class _Report:
     """The parts of a report."""
 
-    def __init__(self, sweep: Sweep, chosen: Design | None, film: TrialResult | None) -> None:
-        self._sweep, self._chosen, self._film = sweep, chosen, film
-        plan = self._plan = sweep.plan
-        self._designs = list(sweep.designs())
-        self._best = {design.number: index for index, design in enumerate(sweep.best())}
-        units = _units(sweep)
+    def __init__(self, results: Results, chosen: Design | None, film: TrialResult | None) -> None:
+        self._results, self._chosen, self._film = results, chosen, film
+        plan = self._plan = results.plan
+        self._designs = results.designs
+        self._best = {design.number: index for index, design in enumerate(results.best)}
+        units = _units(plan.robot)
         hints = {e.name: "higher is better" if e.is_maximum else "lower is better" for e in plan.objectives}
         self._dimensions = [
             _Column(
@@ -137,23 +138,21 @@ class _Report:
         return page(title, "\n".join(filter(None, parts)))
 
     def _verdict(self) -> str:
-        journal = self._sweep.journal
-        passed = sum(row.passed for row in journal.rows())
-        text = f"{passed} of {journal.count} runs passed"
-        if self._sweep.missing:
-            text += f", and {self._sweep.missing} are missing"
+        results = self._results
+        text = f"{results.passed} of {results.done} runs passed"
+        if results.missing:
+            text += f", and {results.missing} are missing"
         names = [f"{each.name} ({each.hint})" for each in self._objectives]
         return escaped(
             f"{text}. " + (f"Objectives: {', '.join(names)}." if names else "No objective is given.")
         )
 
     def _best_designs(self) -> str:
-        best = [design for design in self._designs if design.number in self._best]
+        best = self._results.best
         if not self._objectives:
             return ""
         if not best:
             return _panel("Best designs", "<p>No design passed with a value of each objective.</p>")
-        best.sort(key=lambda design: self._best[design.number])
         title, note = "Best design", ""
         if len(best) > 1 and len(self._objectives) == 1:
             title = f"Best designs: {len(best)} are equally good"
@@ -242,7 +241,7 @@ class _Report:
         )
 
     def _failures(self) -> str:
-        reasons = Counter(row.reason or "" for row in self._sweep.journal.rows() if not row.passed)
+        reasons = self._results.reasons
         if not reasons:
             return ""
         rows = "".join(
@@ -262,12 +261,13 @@ class _Report:
 
     def _rows(self, designs: Sequence[Design]) -> str:
         has_failed = any(not design.passed for design in designs)
+        runs = len(self._plan.trials)
         names = ["Design", *(each.label for each in self._columns), "Runs passed", *["Reason"] * has_failed]
         head = "".join(f'<th scope="col">{escaped(name)}</th>' for name in names)
         rows = []
         for design in designs:
-            passed = sum(row.passed for row in design.rows)
-            reason = next((row.reason or "" for row in design.rows if not row.passed), "")
+            passed = runs - len(design.failures)
+            reason = next(iter(design.failures), "")
             number = f"{design.number} ★" if design.number in self._best else str(design.number)
             cells = "".join(
                 f'<td class="number">{escaped(_plain(self._value(design, each)))}</td>'
@@ -276,7 +276,7 @@ class _Report:
             status = "passed" if design.passed else "failed"
             rows.append(
                 f'<tr><th scope="row">{number}</th>{cells}'
-                f'<td><span class="badge {status}">{passed} of {len(design.rows)}</span></td>'
+                f'<td><span class="badge {status}">{passed} of {runs}</span></td>'
                 f"{f'<td>{escaped(reason)}</td>' if has_failed else ''}</tr>"
             )
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
@@ -289,7 +289,7 @@ class _Report:
             f"Method: {plan.method}, {len(self._designs)} designs, {len(plan.trials)} "
             f"run{'s' if len(plan.trials) > 1 else ''} of each. Scenarios: {', '.join(scenarios)}.",
             "Varied: " + "; ".join(map(str, plan.space.dimensions)) + ".",
-            f"All runs: {self._sweep.table}",
+            f"All runs: {self._results.table}",
             "Written by " + ", ".join(f"{name} {number}" for name, number in plan.versions.items()) + ".",
         ]
         return "".join(f"<p>{escaped(line)}</p>" for line in lines)
@@ -340,9 +340,8 @@ class _Report:
         return min(values), max(values)
 
 
-def _units(sweep: Sweep) -> Mapping[str, str]:
+def _units(robot: RobotSource) -> Mapping[str, str]:
     """The units of the robot's parameters by name."""
-    robot = sweep.plan.robot
     path = resolve_robot_path(robot.file)
     expansion = expand(path, robot.arguments, packages=Packages(robot.packages), lenient=True)
     units = units_of(expansion)
