@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -80,3 +81,58 @@ def test_a_folder_with_a_run_refuses_another_sweep(out: str) -> None:
         opened_folder(out, replace(PLANNED, method=Method.LHS)),
     ):
         pass
+
+
+def refused(folder: str, plan: Plan = PLANNED) -> str:
+    with pytest.raises(KbotError) as raised, opened_folder(folder, plan):
+        pass
+    return str(raised.value)
+
+
+@pytest.mark.parametrize("name", ["runs.jsonl", "results.parquet"])
+def test_a_file_of_the_user_is_not_overwritten(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("mine")
+    error = f"{tmp_path} has {name}, but not sweep.json. Choose another folder with --out"
+    assert refused(str(tmp_path)) == error
+    assert (tmp_path / name).read_text() == "mine"
+    assert not (tmp_path / PLAN).exists()
+
+
+@pytest.mark.parametrize("name", ["sweep.json", "runs.jsonl", "results.parquet", ".lock"])
+def test_links_and_pipes_are_refused(name: str, out: str, tmp_path: Path) -> None:
+    """A link would change a file elsewhere, and a pipe may never end."""
+    file, elsewhere = Path(out, name), tmp_path / "elsewhere"
+    file.unlink(missing_ok=True)
+    file.symlink_to(elsewhere)
+    assert refused(out) == f"{file} is a link. Choose another folder with --out"
+    assert not elsewhere.exists()
+    file.unlink()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(file)
+        assert refused(out) == f"{file} is not a regular file. Choose another folder with --out"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("{", "Expecting property name"),
+        ("[" * 200_000, "it is nested too deeply"),
+        ('{"schema": ' + "1" * 5000 + "}", "Exceeds the limit"),
+        ("[]", "that this version of KBot can continue"),
+        ('{"schema": 1, "designs": "3"}', "its 'designs' has another type"),
+        ('{"schema": 1, "versions": []}', "its 'versions' has another type"),
+    ],
+)
+def test_a_damaged_description_is_refused(text: str, reason: str, out: str) -> None:
+    Path(out, PLAN).write_text(text)
+    error = refused(out)
+    assert error.startswith(f"{out}/sweep.json is not the description of a sweep")
+    assert reason in error
+
+
+def test_the_table_of_no_runs_does_not_reserve_the_folder(tmp_path: Path) -> None:
+    """Ctrl-C before the first run writes an empty table."""
+    with opened_folder(str(tmp_path), PLANNED):
+        (tmp_path / "results.parquet").write_text("no rows")
+    with opened_folder(str(tmp_path), replace(PLANNED, method=Method.LHS)) as journal:
+        assert journal.count == 0

@@ -136,6 +136,8 @@ def test_a_text_that_is_not_unicode_is_recorded_with_escapes(tmp_path: Path) -> 
         ("measures", []),
         ("measures", {"energy": "much"}),
         ("passed", "yes"),
+        ("passed", False),
+        ("reason", "slip"),
         ("reason", 1),
         ("more", 1),
     ],
@@ -158,3 +160,30 @@ def test_an_edited_line_is_not_a_finished_run(key: str, value: object, tmp_path:
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(KbotError, match=r"runs\.jsonl cannot be read or written: No such file"):
         Journal(tmp_path / "missing" / "runs.jsonl", 100)
+
+
+@pytest.mark.parametrize("end", [b"", b"\n"])
+def test_a_line_that_is_far_longer_than_a_run_is_refused(end: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "runs.jsonl"
+    with Journal(path, 100) as journal:
+        journal.append(row(0))
+    with path.open("ab") as file:
+        file.truncate(path.stat().st_size + 5_000_000_000)  # sparse: it takes no space
+        file.seek(0, os.SEEK_END)
+        file.write(end)
+    size = path.stat().st_size
+    with pytest.raises(KbotError) as raised:
+        Journal(path, 100)
+    assert str(raised.value) == (
+        f"{path}:2 is not a run of a sweep: it is longer than 1000000 bytes. "
+        "Delete this line, or choose another folder with --out"
+    )
+    assert path.stat().st_size == size
+
+
+def test_a_long_reason_can_be_read_again(tmp_path: Path) -> None:
+    path = tmp_path / "runs.jsonl"
+    with Journal(path, 100) as journal:
+        journal.append(replace(row(1), reason="x" * 2_000_000))
+    with Journal(path, 100) as journal:
+        assert journal.count == 1

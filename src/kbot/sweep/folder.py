@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,7 @@ from kbot.sweep.journal import Journal
 from kbot.sweep.plan import SCHEMA, Plan
 from kbot.text import KbotError
 from kbot.text.files import read_text, write_text
+from kbot.text.json_text import parse_json
 from kbot.text.render import encodable
 
 PLAN, JOURNAL, TABLE, LOCK = "sweep.json", "runs.jsonl", "results.parquet", ".lock"
@@ -44,14 +46,19 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
         raise KbotError(f"--out takes a folder, and {out} is a file") from None
     except OSError as error:
         raise KbotError(f"the folder {out} cannot be created: {error.strerror}") from None
+    _require_regular_files(folder)
     with _locked(folder):
-        described, finished = folder / PLAN, folder / JOURNAL
+        described, finished, table = folder / PLAN, folder / JOURNAL, folder / TABLE
         before = None
         if described.exists():
             before = _read_plan(described)
             _require_same(out, before, plan)
-        elif finished.exists():
-            raise KbotError(f"{out} has {JOURNAL}, but not {PLAN}. Choose another folder with --out")
+        else:
+            for path in (finished, table):
+                if path.exists():
+                    raise KbotError(
+                        f"{out} has {path.name}, but not {PLAN}. Choose another folder with --out"
+                    )
         if before != plan.to_json():
             text = json.dumps(plan.to_json(), indent=2, ensure_ascii=False)
             write_text(described, encodable(text) + "\n")  # names of files may have any bytes
@@ -63,12 +70,25 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
                 # nothing ran: another sweep can use the folder
                 described.unlink()
                 finished.unlink()
+                table.unlink(missing_ok=True)
+
+
+def _require_regular_files(folder: Path) -> None:
+    """Raises KbotError: one is a link, which changes a file elsewhere, or a pipe, which may never end."""
+    for name in (PLAN, JOURNAL, TABLE, LOCK):
+        try:
+            mode = (folder / name).lstat().st_mode
+        except OSError:  # most often missing; else its opening reports why
+            continue
+        if not stat.S_ISREG(mode):
+            kind = "a link" if stat.S_ISLNK(mode) else "not a regular file"
+            raise KbotError(f"{folder / name} is {kind}. Choose another folder with --out")
 
 
 def _read_plan(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(read_text(path))
-    except json.JSONDecodeError as error:
+        found = parse_json(read_text(path))
+    except ValueError as error:
         raise KbotError(f"{path} is not the description of a sweep: {error}") from None
     if not isinstance(found, dict) or found.get("schema") != SCHEMA:
         raise KbotError(f"{path} is not the description of a sweep that this version of KBot can continue")
@@ -78,11 +98,14 @@ def _read_plan(path: Path) -> dict[str, Any]:
 def _require_same(out: str, before: Mapping[str, Any], plan: Plan) -> None:
     """Raises KbotError: a sweep cannot be continued with other settings."""
     now = plan.to_json()
+    for key, value in now.items():
+        if key in before and type(before[key]) is not type(value):
+            raise KbotError(f"{out}/{PLAN} is not the description of a sweep: its '{key}' has another type")
     may_grow = plan.method is not Method.LHS
     # only an optimisation depends on its objectives
     fixed = [key for key in now if key != "objectives" or plan.method is Method.OPTIMIZE]
     differing = [key for key in fixed if before.get(key) != now[key]]
-    if differing == ["designs"] and may_grow and now["designs"] > before["designs"]:
+    if differing == ["designs"] and may_grow and now["designs"] > before.get("designs", 0):
         return
     if not differing:
         return

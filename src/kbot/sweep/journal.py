@@ -12,6 +12,7 @@ from array import array
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -24,6 +25,10 @@ from kbot.text.notes import note
 from kbot.text.render import encodable
 
 NEWLINE = b"\n"
+LONGEST_LINE = 1_000_000
+"""Bytes of a line that is read. A run has a few thousand."""
+_LONGEST_REASON = 10_000
+"""Characters of a reason that are recorded. A program may raise a text of any length."""
 SYNC_SECONDS = 1.0
 """The disk has all runs but those of the last second, even after a loss of power. A killed process loses none
 of them."""
@@ -40,7 +45,7 @@ class Row:
     scenario      the scenario's name
     seed          of the simulation
     passed        whether all expectations are met
-    reason        why it failed; None if it passed
+    reason        why it failed; None only if it passed
     state_sha256  digest of the last state; empty if there is none
     measures      the values of all measures by name, in the units of `kbot.trials.measures`; None where the
                   run does not show one, which is NaN before it is recorded
@@ -99,7 +104,8 @@ class Journal:
         Raises:
             KbotError: the disk is full, or the file cannot be written. The file is as before.
         """
-        reason = None if row.reason is None else encodable(row.reason)  # a user's program may raise any text
+        # a user's program may raise any text
+        reason = None if row.reason is None else encodable(row.reason[:_LONGEST_REASON])
         line = orjson.dumps(replace(row, reason=reason, scenario=encodable(row.scenario))) + NEWLINE
         try:
             self._write(line)
@@ -142,11 +148,20 @@ class Journal:
             self._synced = time.monotonic()
 
     def _read(self) -> int:
-        """Find the rows. Returns where the next one begins: after the last complete line."""
+        """Find the rows. Returns where the next one begins: after the last complete line.
+
+        Raises:
+            KbotError: a line is far longer than a run.
+        """
         offset = 0
         ignored: list[int] = []
         with self.path.open("rb") as file:
-            for number, line in enumerate(file, 1):
+            for number, line in enumerate(iter(partial(file.readline, LONGEST_LINE + 1), b""), 1):
+                if len(line) > LONGEST_LINE:
+                    raise KbotError(
+                        f"{self.path}:{number} is not a run of a sweep: it is longer than {LONGEST_LINE} "
+                        "bytes. Delete this line, or choose another folder with --out"
+                    )
                 if not line.endswith(NEWLINE):
                     break
                 row = None
@@ -168,13 +183,14 @@ class Journal:
         os.lseek(self._file, self._end, os.SEEK_SET)
 
     def _is_valid(self, row: Row) -> bool:
-        """Whether a row has values of the right types, and the number of a run of the sweep."""
+        """Whether a row has values of the right types that agree, and the number of a run of the sweep."""
         numbers = (row.run, row.design, row.seed)
         texts = (row.scenario, row.state_sha256, "" if row.reason is None else row.reason)
         return (
             all(type(each) is int for each in numbers)
             and all(isinstance(each, str) for each in texts)
             and isinstance(row.passed, bool)
+            and row.passed == (row.reason is None)
             and isinstance(row.measures, dict)
             and all(each is None or isinstance(each, int | float) for each in row.measures.values())
             and all(isinstance(each, int | float | str) for each in row.values)
