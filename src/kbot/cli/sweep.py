@@ -229,7 +229,8 @@ def _run(
         from kbot.sweep.cluster import parse_place
 
         parse_place(execution.on)
-    from kbot.sweep.rehearsal import checked_plan
+    from kbot.sweep.preparation import prepare
+    from kbot.sweep.rehearsal import rehearse
     from kbot.sweep.runner import opened_sweep
     from kbot.trials.pool import Pool
 
@@ -237,10 +238,12 @@ def _run(
     begun = time.monotonic()
     pool = opened.enter_context(Pool(execution.jobs))
     with busy(f"preparing {request.robot}"):
-        plan = checked_plan(request, pool, confirmed=execution.confirmed)
+        plan = prepare(request, pool)
     sweep = opened.enter_context(opened_sweep(plan, execution.out))
     if sweep.journal.count and sweep.missing:
         print_note(f"continuing: {sweep.journal.count} of {plan.runs} runs are finished")
+    with busy("running the first design"):
+        rehearse(sweep, pool, execution.limit_time, confirmed=execution.confirmed)
     is_complete = True
     with (
         counting("running", sweep.missing) as advance,

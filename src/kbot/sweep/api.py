@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from kbot.sweep.designs import Method
-from kbot.sweep.preparation import Request
+from kbot.sweep.preparation import Request, prepare
 from kbot.sweep.processes import Processes
-from kbot.sweep.rehearsal import checked_plan
+from kbot.sweep.rehearsal import rehearse
 from kbot.sweep.runner import opened_sweep
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
@@ -48,11 +48,11 @@ def sweep(
         values={name: str(value) for name, value in (values or {}).items()},
         packages=tuple(packages),
     )
-    with Pool(jobs) as pool:
-        plan = checked_plan(request, pool, confirmed=confirmed)
-        with opened_sweep(plan, out) as opened, Processes(pool, limit) as executor:
+    with Pool(jobs) as pool, opened_sweep(prepare(request, pool), out) as opened:
+        rehearse(opened, pool, limit, confirmed=confirmed)
+        with Processes(pool, limit) as executor:
             opened.run(executor)
-            return opened.table
+        return opened.table
 
 
 def _text(values: str | Sequence[int | float | str]) -> str:

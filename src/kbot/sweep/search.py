@@ -36,6 +36,11 @@ def search(
         on_done()
 
 
+def first_missing(plan: Plan, journal: Journal) -> tuple[int, Values] | None:
+    """The first run that the journal does not have, and the values of its design. None if it has all."""
+    return _Missing(plan, journal).next()
+
+
 def designs_of(method: Method, space: Space, count: int, objectives: Sequence[Objective]) -> Designs:
     """The designs of a method."""
     if method is Method.GRID:
