@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kbot.cli.main import run
-from kbot.identify.agreement import agreement
+from kbot.identify.agreement import Agreement, agreement
 from kbot.identify.csv_file import read_csv
 from kbot.identify.nominal import read_nominal
 
@@ -180,3 +180,57 @@ def test_a_sensor_at_the_property_of_the_wheels_does_not_move_them(log, tmp_path
     assert after.drive.axle_in_base.translation[0] == pytest.approx(before)
     assert after.values["sensor_y"] == pytest.approx(TRUTH.sensor_y, abs=0.003)
     assert "not written: xyz x of 'laser'" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("origin", ['<origin xyz="0.1 0 0.2"/>', '<origin rpy="0 0 0"/>', ""])
+def test_the_missing_origin_of_a_sensor_is_added(log, tmp_path, origin):
+    file = robot(tmp_path, OWN)
+    file.write_text(file.read_text().replace('<origin xyz="0.1 0 0.2" rpy="0 0 0"/>', origin))
+    for name, value in fixed(log, file).items():
+        assert value == pytest.approx(getattr(TRUTH, name), abs=0.003), name
+
+
+def test_a_wheel_without_an_origin_does_not_keep_the_radii_from_being_written(log, tmp_path, capsys):
+    file = robot(tmp_path, OWN)
+    mount = (
+        '<link name="${side}_mount"/><joint name="${side}_mount_joint" type="fixed"><parent link="base_link"/>'
+        '<child link="${side}_mount"/><origin xyz="0 ${sign*track/2} 0.04"/></joint>\n    <joint name="${side}_joint"'
+    )
+    text = file.read_text().replace('<origin xyz="0 ${sign*track/2} 0.04"/>', "", 1)
+    text = text.replace(
+        'type="continuous">\n      <parent link="base_link"/>',
+        'type="continuous">\n      <parent link="${side}_mount"/>',
+    )
+    file.write_text(text.replace('<joint name="${side}_joint"', mount, 1))
+    values = fixed(log, file)
+    assert values["left_wheel_radius"] == pytest.approx(TRUTH.left_wheel_radius, abs=1e-4)
+    assert values["sensor_yaw"] == pytest.approx(TRUTH.sensor_yaw, abs=0.003)
+    assert "not written: wheel_separation: joint 'left_joint' has no <origin xyz>" in capsys.readouterr().out
+
+
+def test_a_parameter_without_a_place_in_the_description_is_reported(log, tmp_path, capsys):
+    rng = np.random.default_rng(5)
+    table = rows(TRUTH, speeds(TRUTH, 100, rng), rng, slip=0.005, noise=(0.0005, 0.001))
+    turning = np.column_stack([table, 1.05 * table[:, 5] / table[:, 0]])
+    path = write(tmp_path / "gyro.csv", DISPLACEMENTS + ",imu_wz", turning)
+    fixed(str(path), robot(tmp_path, OWN))
+    out = capsys.readouterr().out
+    assert "not written: gyro_scale: a description has no place for it" in out
+    assert "wrote rover.xacro\n" in out or f"wrote {tmp_path}/rover.xacro\n" in out
+
+
+def test_drives_in_which_the_robot_stands_are_not_compared(tmp_path):
+    rng = np.random.default_rng(5)
+    moving = rows(TRUTH, speeds(TRUTH, 60, rng), rng)
+    standing = rows(TRUTH, np.zeros((60, 2)), rng)
+    log = read_csv(str(write(tmp_path / "stop.csv", DISPLACEMENTS, np.vstack([moving, standing]))))
+    nominal = read_nominal(str(robot(tmp_path, OWN)), {}, {}, (), "laser")
+    found = agreement(log, nominal, np.zeros(120, dtype=bool))
+    assert 5 <= found.drives <= 7  # 30 s of motion and 30 s of standing
+
+
+def test_a_larger_angle_is_farther():
+    before = Agreement(0.01, 0.02, 5.0, 8)
+    assert Agreement(0.009, 0.021, 5.0, 8).is_farther_than(before)
+    assert Agreement(0.011, 0.019, 5.0, 8).is_farther_than(before)
+    assert not Agreement(0.009, 0.02 + 1e-9, 5.0, 8).is_farther_than(before)

@@ -210,7 +210,7 @@ def test_the_topics_are_reported(recorded):
         "sensor_link": "base_footprint",
     }
     assert found.to_text().splitlines()[-1] == (
-        "from joint_states /joint_states, reference /kbot/poses, commands /kbot/commands, "
+        "sources: joint_states /joint_states, reference /kbot/poses, commands /kbot/commands, "
         "sensor_link base_footprint"
     )
 

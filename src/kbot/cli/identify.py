@@ -146,7 +146,7 @@ def _write(
 ) -> None:
     """Show the changes of the robot's files as a diff, ask, write them, and compare the simulated runs."""
     from kbot.checks.formats import relative
-    from kbot.identify.agreement import agreement
+    from kbot.identify.agreement import Agreement, agreement
     from kbot.identify.fix import robot_fix
     from kbot.text.edits import unified_diff
     from kbot.text.files import rewrite
@@ -173,12 +173,14 @@ def _write(
             return
     try:
         with busy("simulating the log"):
-            ran = agreement(log, nominal, result.is_disturbed)
+            ran: Agreement | KbotError = agreement(log, nominal, result.is_disturbed)
     except KbotError as error:
-        rewrite(texts)
-        click.echo(f"written, without a comparison of simulated runs: {error}", err=to_stderr)
-        return
+        ran = error
     rewrite(texts)
+    click.echo(f"wrote {', '.join(map(relative, texts))}", err=to_stderr)
+    if isinstance(ran, KbotError):
+        click.echo(f"simulated runs are not compared: {ran}", err=to_stderr)
+        return
     changed = request.nominal()
     with busy("simulating the log"):
         if nominal.sensor_link is not None:
@@ -189,5 +191,5 @@ def _write(
         f"the log, before {ran.distance:.3g} m and {ran.angle:.3g} rad (median of {ran.drives})",
         err=to_stderr,
     )
-    if fixed.distance > ran.distance:
+    if fixed.is_farther_than(ran):
         click.echo("the drives end farther from the log than before: see what is not written", err=to_stderr)

@@ -22,6 +22,8 @@ _MOST_DISTURBED = 0.1
 """Share of disturbed displacements up to which a drive is compared."""
 _FEWEST = 3
 """Drives without which a median means little."""
+_ROUNDING = 1e-6
+"""Difference in rad between two simulations of the same motion."""
 _CONTROL, _GAIN = 0.02, 8.0
 """Time in s between two commands to the wheels, and the additional speed in rad/s for each rad that a wheel
 is behind."""
@@ -36,11 +38,16 @@ class Agreement:
     seconds: float
     drives: int
 
+    def is_farther_than(self, other: Agreement) -> bool:
+        """Whether the distance or the angle is larger than that of another description."""
+        return self.distance > other.distance or self.angle > other.angle + _ROUNDING
+
 
 def agreement(log: DriveLog, nominal: Nominal, is_disturbed: NDArray[np.bool_]) -> Agreement:
     """Simulate the first minute of a log on an empty plane.
 
-    `is_disturbed` marks the displacements during which the robot slipped or collided.
+    `is_disturbed` marks the displacements during which the robot slipped or collided. Drives in which the
+    robot stands all the time are not compared: every description agrees with them.
 
     Raises:
         KbotError: the log has no drives of some seconds with wheel speeds and a reference of a pose.
@@ -57,13 +64,14 @@ def agreement(log: DriveLog, nominal: Nominal, is_disturbed: NDArray[np.bool_]) 
     before = PlanarPose()
     begun, last = 0.0, -1
     is_known: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(motions.displacements), axis=1)
-    disturbances = list[bool]()
-    for start, stop, displacement, known, disturbed in zip(
+    disturbances, moves = list[bool](), list[bool]()
+    for start, stop, displacement, known, disturbed, moving in zip(
         motions.start.tolist(),
         motions.stop.tolist(),
         motions.displacements,
         is_known.tolist(),
         is_disturbed.tolist(),
+        motions.is_moving.tolist(),
         strict=True,
     ):
         if ends[stop] - ends[0] > _LONGEST:
@@ -79,14 +87,16 @@ def agreement(log: DriveLog, nominal: Nominal, is_disturbed: NDArray[np.bool_]) 
         if measured is not None and not is_gap:
             measured = measured @ PlanarPose(*displacement.tolist())
             disturbances.append(disturbed)
+            moves.append(moving)
             if ends[stop] - begun < _WINDOW - 1e-6:
                 continue
-            if np.mean(disturbances) <= _MOST_DISTURBED:
+            if any(moves) and np.mean(disturbances) <= _MOST_DISTURBED:
                 moved = before.inverse() @ simulated
                 distances.append(math.hypot(moved.x - measured.x, moved.y - measured.y))
                 angles.append(abs(math.remainder(moved.yaw - measured.yaw, math.tau)))
         measured, before, begun = PlanarPose(), simulated, float(ends[stop])  # the next drive begins here
         disturbances.clear()
+        moves.clear()
     if len(distances) < _FEWEST:
         raise KbotError(f"{log.path} has no drives of {_WINDOW:g} s without slip that have a reference")
     return Agreement(float(np.median(distances)), float(np.median(angles)), _WINDOW, len(distances))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kbot.checks.edits import insert_child, set_attribute
 from kbot.identify.nominal import Nominal
 from kbot.identify.result import (
     LEFT_RADIUS,
@@ -22,7 +23,7 @@ from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType
-from kbot.text import Edit, KbotError
+from kbot.text import Edit, Element, KbotError
 from kbot.text.edits import edited_texts
 from kbot.xacro.written_values import WantedValue, attribute_edits, number_text
 
@@ -71,7 +72,8 @@ class _Search:
         self._tree = FrameTree(self._robot)
         self._controller = drive_controller(declared_drives(self._robot))
         self._wanted: list[WantedValue] = []
-        self._yaml: list[Edit] = []
+        self._other: list[Edit] = []
+        """Edits of YAML files, and of attributes that are missing."""
         self._fix = RobotFix()
 
     def search(self) -> RobotFix:
@@ -84,7 +86,7 @@ class _Search:
             self._write_sensor([name for name in SENSOR_POSE if name in changed])
         if self._wanted:
             self._fix.edits = attribute_edits(self._nominal.loaded.expansion, self._wanted).edits
-        self._fix.edits = (*self._fix.edits, *self._yaml)
+        self._fix.edits = (*self._fix.edits, *self._other)
         return self._fix
 
     def _changed(self) -> list[str]:
@@ -93,8 +95,8 @@ class _Search:
         for name, estimate in self._found.parameters.items():
             nominal = estimate.nominal
             if name not in (LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION, *SENSOR_POSE):
-                continue
-            if nominal is None:
+                self._fix.not_written.append(f"{name}: a description has no place for it")
+            elif nominal is None:
                 self._fix.not_written.append(f"{name}: the description does not have the sensor's link")
             elif estimate.low - _EXACT <= nominal <= estimate.high + _EXACT:
                 self._fix.not_written.append(f"{name}: the value in the file is in the interval")
@@ -201,7 +203,11 @@ class _Search:
                     )
                     return
                 moved = self._origin(joint).translation[index] + sign * apart * axis[index]
-                wanted.append(self._origin_value(joint, "xyz", index, float(moved)))
+                origin = self._origin_element(joint)
+                if origin is None or "xyz" not in origin.attributes:
+                    self._fix.not_written.append(f"{WHEEL_SEPARATION}: joint '{name}' has no <origin xyz>")
+                    return
+                wanted.append(WantedValue(origin, "xyz", round(float(moved), 9), index))
         if self._accept(WHEEL_SEPARATION, wanted, f"{WHEEL_SEPARATION} {value:g} m"):
             controller = self._controller
             given = None if controller is None else controller.first(*SEPARATION)
@@ -218,7 +224,7 @@ class _Search:
             if not _is_close(span.text, given.number):
                 self._fix.not_written.append(f"{what} {controller.name}: {span} is not a number")
             elif not math.isclose(float(span.text), value, rel_tol=1e-9):
-                self._yaml.append(Edit(span, number_text(round(value, 9), span.text)))
+                self._other.append(Edit(span, number_text(round(value, 9), span.text)))
                 self._fix.written.append(f"{name} of {controller.name} {value:g}")
             return
         tag = next(element for element in controller.plugin.elements(name.rpartition(".")[2]))
@@ -254,19 +260,20 @@ class _Search:
         moved = Transform.from_rotation_translation(turned, (x, y, float(before.translation[2])))
         origin = axle_from_parent.inverse() @ moved
         old = self._origin(joint)
-        wanted = [
-            self._origin_value(joint, "xyz", index, float(origin.translation[index]))
-            for index in range(3)
-            if abs(origin.translation[index] - old.translation[index]) > 1e-9
-        ]
-        wanted += [
-            self._origin_value(joint, "rpy", index, angle)
-            for index, (angle, was) in enumerate(zip(origin.rpy, old.rpy, strict=True))
-            if abs(angle - was) > 1e-9
-        ]
+        values = {"xyz": origin.translation.tolist(), "rpy": list(origin.rpy)}
+        was = {"xyz": old.translation.tolist(), "rpy": list(old.rpy)}
+        wanted, missing = list[WantedValue](), dict[str, str]()
+        element = self._origin_element(joint)
+        for attribute, numbers in values.items():
+            changed = [i for i in range(3) if abs(numbers[i] - was[attribute][i]) > 1e-9]
+            if element is not None and attribute in element.attributes:
+                wanted += [WantedValue(element, attribute, round(numbers[i], 9), i) for i in changed]
+            elif changed:
+                missing[attribute] = " ".join(number_text(round(number, 9) + 0.0) for number in numbers)
         text = ", ".join(f"{name} {new[name]:g}" for name in names)
         self._keep_wheels()
         before_notes = len(self._fix.not_written)
+        self._insert(joint, missing)
         if self._accept(", ".join(names), wanted, f"{text} of '{link}'"):
             return
         if len(wanted) > 1:  # perhaps some of the numbers can be written
@@ -276,26 +283,39 @@ class _Search:
                     f"{want.attribute} {'xyz'[want.index] if want.attribute == 'xyz' else 'rpy'[want.index]}"
                 )
                 self._accept(f"{name} of '{link}'", [want], f"{name} of '{link}' {want.value:g}")
+        self._fix.written += [f"{name} of '{link}' {text}" for name, text in missing.items()]
 
     def _keep_wheels(self) -> None:
         """The wheels stay where they are, also if their positions are computed from the same property."""
         known = {(id(want.element), want.index) for want in self._wanted}
         for name in self._nominal.drive.joints:
             joint = self._robot.joints[name]
+            origin = self._origin_element(joint)
+            if origin is None or "xyz" not in origin.attributes:
+                continue
             for index in range(2):
                 value = float(self._origin(joint).translation[index])
-                want = self._origin_value(joint, "xyz", index, value)
-                if (id(want.element), index) not in known:
-                    self._wanted.append(want)
+                if (id(origin), index) not in known:
+                    self._wanted.append(WantedValue(origin, "xyz", round(value, 9), index))
+
+    def _insert(self, joint: Joint, missing: Mapping[str, str]) -> None:
+        """Add attributes to the `<origin>` of a joint, or the `<origin>` itself."""
+        origin = self._origin_element(joint)
+        if origin is not None:
+            for name, text in missing.items():
+                self._other += set_attribute(origin, name, text)
+        elif missing:
+            written = " ".join(f'{name}="{text}"' for name, text in missing.items())
+            added = insert_child(
+                self._elements[("joint", joint.name)], f"<origin {written}/>", "", safe=False
+            )
+            self._other += added.edits if added is not None else ()
 
     def _origin(self, joint: Joint) -> Transform:
         return Transform.of(joint.pose)
 
-    def _origin_value(self, joint: Joint, attribute: str, index: int, value: float) -> WantedValue:
-        origin = next(iter(self._elements[("joint", joint.name)].elements("origin")), None)
-        if origin is None or attribute not in origin.attributes:
-            raise KbotError(f"joint '{joint.name}' has no <origin {attribute}=\"…\"> that could be changed")
-        return WantedValue(origin, attribute, round(value, 9), index)
+    def _origin_element(self, joint: Joint) -> Element | None:
+        return self._elements[("joint", joint.name)].find("origin")
 
 
 def _is_close(text: str, value: float | None) -> bool:

@@ -126,7 +126,7 @@ class Identification:
                 compared = "" if before is None else f" (with the file: {before:.3g} {unit})"
                 lines.append(f"error of {what} in an interval: {after:.3g} {unit}{compared}")
         if self.sources:
-            lines.append("from " + ", ".join(f"{name} {source}" for name, source in self.sources.items()))
+            lines.append("sources: " + ", ".join(f"{name} {source}" for name, source in self.sources.items()))
         return "\n".join(lines)
 
 
