@@ -87,9 +87,12 @@ class _Beams:
         self.directions = spec.directions
         fan = Fan(spec.angle_min, spec.increment) if spec.rows == 1 and not spec.elevation_min else None
         self.rays = Rays(owner, self.directions, fan)
-        self.noise = NoiseSource(
-            spec.noise, simulation.seed, f"{spec.label}/range", len(self.directions), 1.0 / spec.rate
-        )
+        self.seed(simulation.seed)
+
+    def seed(self, seed: int) -> None:
+        spec = self.spec
+        count, period = len(self.directions), 1.0 / spec.rate
+        self.noise = NoiseSource(spec.noise, seed, f"{spec.label}/range", count, period)
 
     def noisy(self, distances: NDArray[np.float64], sample: int | None) -> NDArray[np.float64]:
         """The distances with noise. Returns stay within the range limits, as in Gazebo."""
@@ -111,6 +114,10 @@ class LidarSensor(Sensor[LaserScan]):
         super().__init__(simulation, spec)
         self._beams = _Beams(simulation, spec, self.owner)
         self._intensities = np.empty(0, dtype=np.float32)
+
+    def reseed(self) -> None:
+        """Use the random numbers of the simulation's seed, which has changed."""
+        self._beams.seed(self.simulation.seed)
 
     def distances(self) -> NDArray[np.float64]:
         """The current distances in m without noise. inf: nothing is in range."""

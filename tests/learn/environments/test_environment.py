@@ -12,8 +12,11 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import kbot
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.environments.environment import KbotEnv
+from kbot.learn.environments.randomisation import Deviations
 from kbot.learn.interface.targets import GoalTarget
+from kbot.navigation.controller import Observation
 from kbot.navigation.simulated.lidars import LidarPoints, level_lidar
 from kbot.navigation.simulated.pilot import Pilot
 
@@ -227,6 +230,27 @@ def test_noise_changes_what_is_seen_but_not_the_run():
     exact, noisy = make(), make(randomise={"noise": {"position": 0.1}})
     first, second = exact.reset(seed=1)[0], noisy.reset(seed=1)[0]
     assert first[0] != second[0]
+
+
+def test_declared_noise_differs_between_episodes():
+    """The shipped robot's lidar has noise. Robots at the same place see different numbers."""
+    environment = gymnasium.make(
+        "kbot/Follow-v0", path=[(0.0, 0.0), (1.0, 0.0)], world="rooms", properties=LIDAR
+    ).unwrapped
+    first, second = environment.reset(seed=1)[0], environment.reset(seed=2)[0]
+    assert (first != second).any()
+    np.testing.assert_array_equal(environment.reset(seed=1)[0], first)
+
+
+def test_noise_of_the_lidar_is_along_its_beams():
+    """A point 2 m left of a lidar, which is 1 m ahead of the base, moves to the left or right only."""
+    points = np.array([[1.0, 2.0]])
+    seen = Observation(0.0, PlanarPose(), obstacles=points, fault="frozen odometry")
+    noise = Deviations(lidar=0.1)
+    noisy = noise.add(seen, np.random.default_rng(1), np.array([1.0, 0.0]))
+    assert noisy.obstacles[0, 0] == 1.0
+    assert 0.0 < abs(noisy.obstacles[0, 1] - 2.0) < 0.5
+    assert noisy.fault == "frozen odometry"
 
 
 def test_world_seeds_build_different_worlds():

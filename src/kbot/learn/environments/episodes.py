@@ -37,7 +37,7 @@ from kbot.learn.interface.targets import Target
 from kbot.messages.clock import NANOSECONDS
 from kbot.model import RobotModel
 from kbot.navigation.controller import Observation
-from kbot.navigation.simulated.lidars import LidarPoints
+from kbot.navigation.simulated.lidars import LidarPoints, base_from_lidar
 from kbot.navigation.simulated.pilot import PoseSource
 from kbot.robot import Value
 from kbot.sensors.lidar import LidarSensor
@@ -175,6 +175,7 @@ class Episodes:
         self._is_noisy = False
         self._random = np.random.default_rng(0)
         self._seen: LidarPoints | None = None
+        self._lidar_at = np.zeros(2)
         self._target: Target | None = None
         self._last_action: list[float] = self.interface.no_action.tolist()
         self._last_seen = [0.0] * len(self.interface.inputs)
@@ -205,6 +206,10 @@ class Episodes:
         self._seen = None if lidar is None else LidarPoints(lidar)
         if lidar is not None:
             lidar.is_needed = None
+            # as a plain simulation with this seed
+            simulation.seed = int(random.integers(_MOST_SEEDS))
+            lidar.reseed()
+            self._lidar_at = base_from_lidar(lidar)[:2, 3]
         first_scan = 0.0 if lidar is None else 1.0 / lidar.spec.rate + lidar.spec.latency
         # whole control periods, and the first scan has arrived
         simulation.run(math.ceil(max(_SETTLE, first_scan) / recipe.CONTROL_PERIOD) * recipe.CONTROL_PERIOD)
@@ -303,7 +308,7 @@ class Episodes:
         now = simulation.time
         observation = Observation(now, pose, motion.twist, points, now - seen_at)
         if self._is_noisy:
-            observation = self._drawn.noise.add(observation, self._random)
+            observation = self._drawn.noise.add(observation, self._random, self._lidar_at)
         return self.interface.numbers(observation, require_started(self._target), self._last_action)
 
     def _end(self) -> None:

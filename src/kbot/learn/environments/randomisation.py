@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from numbers import Real
 from typing import Any
 
@@ -106,30 +106,31 @@ class Deviations:
     turn: float = 0.0
     lidar: float = 0.0
 
-    def add(self, observation: Observation, random: np.random.Generator) -> Observation:
-        """The observation with noise. The number of random numbers does not depend on the deviations."""
+    def add(
+        self, observation: Observation, random: np.random.Generator, lidar_at: NDArray[np.float64]
+    ) -> Observation:
+        """The observation with noise. `lidar_at` (x, y) in m is the lidar's place in the base's frame.
+
+        Without noise of the lidar, no random numbers are drawn for its points.
+        """
         x, y, yaw, forward, left, turn = random.standard_normal(6).tolist()
         pose, twist = observation.pose, observation.twist
-        return Observation(
-            observation.time,
-            PlanarPose(pose.x + self.position * x, pose.y + self.position * y, pose.yaw + self.heading * yaw),
-            PlanarTwist(
+        points = observation.obstacles
+        if points is not None and self.lidar:
+            beams = points - lidar_at
+            shift = self.lidar * random.standard_normal(len(points))
+            shares = 1.0 + shift / np.maximum(np.hypot(*beams.T), 1e-9)
+            points = lidar_at + beams * np.maximum(shares, 0.0)[:, None]
+        return replace(
+            observation,
+            pose=PlanarPose(
+                pose.x + self.position * x, pose.y + self.position * y, pose.yaw + self.heading * yaw
+            ),
+            twist=PlanarTwist(
                 twist.x + self.speed * forward, twist.y + self.speed * left, twist.yaw + self.turn * turn
             ),
-            self._shifted(observation.obstacles, random),
-            observation.obstacles_age,
-            observation.fallen,
+            obstacles=points,
         )
-
-    def _shifted(
-        self, points: NDArray[np.float64] | None, random: np.random.Generator
-    ) -> NDArray[np.float64] | None:
-        if points is None or not self.lidar:
-            return points
-        distances = np.hypot(points[:, 0], points[:, 1])
-        shift = self.lidar * random.standard_normal(len(points)) / np.maximum(distances, 1e-9)
-        moved: NDArray[np.float64] = points * np.maximum(1.0 + shift, 0.0)[:, None]
-        return moved
 
     @property
     def is_none(self) -> bool:
@@ -150,10 +151,9 @@ class Drawn:
         drive = simulation.robots.first.drive
         if self.friction is None or not isinstance(drive, DifferentialDrive):
             return []
-        robot = simulation.robot
-        wheels = dict.fromkeys(robot.joints[joint].child for joint in drive.joints)
         return [
-            simulation.disturbances.schedule(Slip(link, self.friction), simulation.time) for link in wheels
+            simulation.disturbances.schedule(Slip(link, self.friction), simulation.time)
+            for link in drive.tyres
         ]
 
 
