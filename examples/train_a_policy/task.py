@@ -5,8 +5,7 @@ import gymnasium
 import kbot  # noqa: F401 - registers the environments
 
 TRAINING_ROOMS = ((1, 16), (17, 32))
-"""First and last seed of the rooms in which the policy is trained, for each environment. An environment keeps
-16 worlds."""
+"""First and last seed of the rooms in which the policy is trained, for each environment."""
 TEST_ROOMS = (1001, 1100)
 """First and last seed of the rooms in which it is tested, whose doors and tables are elsewhere."""
 OPTIONS = {

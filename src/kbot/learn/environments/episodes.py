@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import os
 import reprlib
-from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, TypeVar
@@ -18,7 +17,8 @@ import numpy as np
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.environments.option_checks import require_range
 from kbot.learn.environments.randomisation import NONE, Deviations, Drawn, Randomisation, require_friction
-from kbot.learn.environments.stage import MOST_KEPT, SEED, Library, Scene, Stage
+from kbot.learn.environments.recently_used import RecentlyUsed
+from kbot.learn.environments.stage import SEED, Library, Scene, Stage
 from kbot.learn.environments.tasks import TASKS
 from kbot.learn.environments.tasks.task import (
     ARRIVED,
@@ -159,13 +159,14 @@ class Episodes:
         values = tuple(options.properties.items())
         self._scene = Scene(options.robot, options.world, values, _folders(options.packages))
         self.library = library or Library(task.reach)
-        self._stages: OrderedDict[tuple[object, ...], Stage] = OrderedDict()
+        self._stages: RecentlyUsed[Stage] = RecentlyUsed()
         nominal = task.scene(self._scene, np.random.default_rng(0))
-        self.stage = self._stage_of(_with_world_seed(nominal, self._seeds[0]))
+        first = _with_world_seed(nominal, self._seeds[0])
+        self.stage = self._stages.get(first.key, lambda: self._make_stage(first))
         self.interface = self._interface_of(self.stage)
         drawn = self._randomisation.draw_values(np.random.default_rng(0))
         if drawn:
-            Stage(self.stage.scene.with_drawn(drawn), self.library, options.timestep)
+            self._make_stage(self.stage.scene.with_drawn(drawn))
         if self._randomisation.friction is not None:
             require_friction(self.stage.simulation)
         if self._randomisation.noise.lidar != NONE and self.interface.lidar is None:
@@ -327,15 +328,14 @@ class Episodes:
         return scene.with_drawn(values) if values else scene
 
     def _stage_of(self, scene: Scene) -> Stage:
-        stage = self._stages.get(scene.key)
-        if stage is None:
-            stage = Stage(scene, self.library, self.options.timestep)
-            self._stages[scene.key] = stage
-            if len(self._stages) > MOST_KEPT:
-                self._stages.popitem(last=False)
-        else:
-            self._stages.move_to_end(scene.key)
-        return stage
+        if scene.key == self.stage.scene.key:
+            return self.stage
+        if scene.is_drawn:  # no other episode has the same values
+            return self._make_stage(scene)
+        return self._stages.get(scene.key, lambda: self._make_stage(scene))
+
+    def _make_stage(self, scene: Scene) -> Stage:
+        return Stage(scene, self.library, self.options.timestep)
 
     def _interface_of(self, stage: Stage) -> PolicyInterface:
         options = self.options

@@ -57,7 +57,7 @@ class Randomisation:
     """The ranges (low, high) from which each episode draws. A number is a range of one value.
 
     properties  ranges of xacro arguments and properties, by name
-    friction    coefficient of friction of all drive wheels; None for that of the description
+    friction    coefficient of friction of all wheels that drive or steer; None for that of the description
     noise       ranges of standard deviations: see `NoiseRanges`
     delay       s from a command of the policy until the robot receives it
     """

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
 
 from kbot.learn.environments.places import Places
+from kbot.learn.environments.recently_used import RecentlyUsed
 from kbot.model import RobotModel
 from kbot.navigation.simulated.lidars import level_lidar
 from kbot.robot import Value, load
@@ -21,9 +20,6 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 from kbot.world import World
 
-MOST_KEPT = 64
-"""Robots, places and stages that are kept. A stage takes a few MB, and 0.05 s to build."""
-T = TypeVar("T")
 SEED = "{seed}"
 """In the name of a world, it is replaced by a number that is drawn for each episode."""
 
@@ -57,16 +53,22 @@ class Library:
     def __init__(self, reach: float) -> None:
         """`reach` is that of `Places`."""
         self._reach = reach
-        self._robots: OrderedDict[object, RobotModel] = OrderedDict()
-        self._places: OrderedDict[object, Places] = OrderedDict()
+        self._robot: RobotModel | None = None
+        self._places: RecentlyUsed[Places] = RecentlyUsed()
 
     def robot(self, scene: Scene) -> RobotModel:
         """The robot of a scene. Raises DescriptionError or KbotError as `kbot.load` does."""
-        return _kept(self._robots, scene.values, lambda: _load(scene))
+        if scene.is_drawn:
+            return _load(scene)
+        if self._robot is None:
+            self._robot = _load(scene)
+        return self._robot
 
     def places(self, scene: Scene, simulation: Simulation) -> Places:
         """The places of a simulation of a scene."""
-        return _kept(self._places, scene.key, lambda: Places(simulation, self._reach))
+        if scene.is_drawn:
+            return Places(simulation, self._reach)
+        return self._places.get(scene.key, lambda: Places(simulation, self._reach))
 
 
 class Stage:
@@ -90,16 +92,6 @@ class Stage:
     @cached_property
     def places(self) -> Places:
         return self._library.places(self.scene, self.simulation)
-
-
-def _kept(kept: OrderedDict[object, T], key: object, make: Callable[[], T]) -> T:
-    """What was made for a key before, or else is made now. Threads may make the same thing twice."""
-    found = kept.get(key)
-    if found is None:
-        found = kept[key] = make()
-        while len(kept) > MOST_KEPT:
-            kept.popitem(last=False)
-    return found
 
 
 def _load(scene: Scene) -> RobotModel:
