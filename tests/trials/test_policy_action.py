@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from kbot.text import Diagnostic
-from kbot.trials import Bound, DriveWithPolicy, Goal, Point, RobotSource, Scenario, Step, run_trial
+from kbot.text import Diagnostic, KbotError
+from kbot.trials import Bound, Command, DriveWithPolicy, Goal, Point, RobotSource, Scenario, Step, run_trial
+from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.scenario_file import yaml_scenarios
 
 ROBOT = RobotSource("kbot", {"lidar": "true"})
@@ -64,6 +65,30 @@ def test_a_robot_without_the_policys_lidar_is_an_error(straight_policy: Path) ->
     step = Step(DriveWithPolicy(str(straight_policy), Point(1.0, 0.0)))
     result = run_trial(scenario(step, robot=RobotSource("kbot")))
     assert "step 1, policy to 1, 0: the policy sees obstacles with a lidar" in result.error
+
+
+def test_a_policy_that_does_not_fit_is_an_error_before_the_run(straight_policy: Path) -> None:
+    steps = [Step(Command(0.1)), Step(DriveWithPolicy(str(straight_policy), Point(1.0, 0.0)), at=5.0)]
+    result = run_trial(replace(scenario(robot=RobotSource("kbot")), steps=steps))
+    assert result.error.startswith("step 2, policy to 1, 0: the policy sees obstacles with a lidar")
+    assert result.failed_at == 0.0
+
+
+PYTHON = """from kbot.trials import DriveWithPolicy, Point, Scenario, Step
+drive = Scenario("drive", 8.0, [Step(DriveWithPolicy("FILE", Point(0.6, -0.5)))])
+"""
+
+
+def test_a_python_scenario_names_a_file_beside_it(straight_policy: Path, tmp_path: Path) -> None:
+    shutil.copy(straight_policy, tmp_path / "p.onnx")
+    path = tmp_path / "drive.py"
+    path.write_text(PYTHON.replace("FILE", "p.onnx"))
+    (found,) = read_python_scenarios(str(path))
+    assert found.steps[0].action == DriveWithPolicy(str(tmp_path / "p.onnx"), Point(0.6, -0.5))
+    for file, message in (("none.onnx", "there is no file"), ("drive.py", "is not an ONNX file")):
+        path.write_text(PYTHON.replace("FILE", file))
+        with pytest.raises(KbotError, match=message):
+            read_python_scenarios(str(path))
 
 
 YAML = """robot: {{file: kbot, arguments: {{lidar: true}}}}

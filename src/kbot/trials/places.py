@@ -10,7 +10,7 @@ from kbot.learn.policies.policy import Policy
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
-from kbot.trials.actions import RunScript
+from kbot.trials.actions import Action, DriveWithPolicy, RunScript
 from kbot.trials.robot_folder import robot_of_folder
 from kbot.trials.scenario import Program, RobotSource, Scenario
 from kbot.world import parameters
@@ -97,14 +97,17 @@ def placed(scenario: Scenario, folder: Path) -> Scenario:
         scenario,
         robot=_placed_robot(scenario.robot, folder),
         world=find_world(scenario.world, folder),
-        steps=tuple(
-            replace(step, action=RunScript(find_regular_file(step.action.script, folder)))
-            if isinstance(step.action, RunScript) and isinstance(step.action.script, str)
-            else step
-            for step in scenario.steps
-        ),
+        steps=tuple(replace(step, action=_placed_action(step.action, folder)) for step in scenario.steps),
         programs=tuple(map(program, scenario.programs)),
     )
+
+
+def _placed_action(action: Action, folder: Path) -> Action:
+    if isinstance(action, RunScript) and isinstance(action.script, str):
+        return RunScript(find_regular_file(action.script, folder))
+    if isinstance(action, DriveWithPolicy):
+        return replace(action, file=find_policy(action.file, folder))
+    return action
 
 
 def _placed_robot(robot: RobotSource | None, folder: Path) -> RobotSource | None:

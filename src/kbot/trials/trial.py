@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from kbot.extensions import program_runner
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.policies.driving import policy_goals
+from kbot.learn.policies.driving import fitted, policy_goals
 from kbot.learn.policies.policy import Policy
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, resolve_robot_path
@@ -30,6 +30,7 @@ from kbot.trials.actions import (
     TO_GOALS,
     AddObject,
     Command,
+    DriveWithPolicy,
     InjectFault,
     JointCommand,
     MoveObject,
@@ -195,6 +196,11 @@ def _unknown_object(scenario: Scenario, known: set[str]) -> str:
     return ""
 
 
+def _step_error(step: Step, number: int, error: KbotError) -> KbotError:
+    place = f"{step.place}: " if step.place else ""
+    return KbotError(f"{place}step {number}, {step.action}: {first_error(error)}")
+
+
 class _Ended(Stopped):
     """The scenario is over. It ends a script, which may still be running."""
 
@@ -219,6 +225,7 @@ class _Stage:
         """Run to the end. Returns why the run ended early, or an empty text."""
         simulation = self.simulation
         try:
+            self._require_fitting_policies()
             self._begin_steps()
             while True:
                 if self._scripts:
@@ -297,9 +304,16 @@ class _Stage:
             try:
                 step.action.begin(self)
             except KbotError as error:
-                number = len(self._scenario.steps) - len(self._waiting)
-                place = f"{step.place}: " if step.place else ""
-                raise KbotError(f"{place}step {number}, {step.action}: {first_error(error)}") from error
+                raise _step_error(step, len(self._scenario.steps) - len(self._waiting), error) from error
+
+    def _require_fitting_policies(self) -> None:
+        """Raises KbotError: a policy does not fit the robot. A late step would report it late."""
+        for number, step in enumerate(self._scenario.steps, 1):
+            if isinstance(step.action, DriveWithPolicy):
+                try:
+                    fitted(Policy.read(step.action.file), self.simulation)
+                except KbotError as error:
+                    raise _step_error(step, number, error) from error
 
     def _look_at_goal(self) -> None:
         goals = self._goals
