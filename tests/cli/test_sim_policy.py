@@ -3,11 +3,33 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from onnx import TensorProto, helper, numpy_helper
 
 from kbot.cli.main import run
+from kbot.learn.interface.policy_interface import PolicyInterface
+from kbot.learn.policies.policy import save_policy
+from kbot.messages import Header, Point, Pose, Quaternion, String
+from kbot.messages.navigation import PoseStamped
+from kbot.sim import Simulation
 
 ROBOT = ("sim", "kbot", "lidar:=true")
+
+
+def constant(interface: PolicyInterface) -> bytes:
+    """A network that returns 0 for each speed."""
+    inputs, outputs = len(interface.inputs), len(interface.actions)
+    graph = helper.make_graph(
+        [helper.make_node("MatMul", ["seen", "zeros"], ["action"])],
+        "constant",
+        [helper.make_tensor_value_info("seen", TensorProto.FLOAT, [1, inputs])],
+        [helper.make_tensor_value_info("action", TensorProto.FLOAT, [1, outputs])],
+        [numpy_helper.from_array(np.zeros((inputs, outputs), np.float32), "zeros")],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    data: bytes = model.SerializeToString()
+    return data
 
 
 def test_a_policy_drives_to_a_goal(straight_policy: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,7 +62,9 @@ def test_a_goal_that_is_not_reached_is_status_1(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--headless"], "--policy with --headless needs --goto"),
+        (["--headless"], "--policy with --headless needs --goto or a bridge such as --ros1"),
+        (["--headless", "--rosbridge", "--script", "drive.py"], "--policy drives the robot. Remove --script"),
+        (["--headless", "--rosbridge", "--no-map"], "--policy drives without a map. Remove --no-map"),
         (["--headless", "--goto", "1,1,0"], "--policy does not turn the robot at the goal. Remove YAW"),
         (["--goto", "1,1,0"], "--policy does not turn the robot at the goal. Remove YAW"),
         (["--headless", "--goto", "1,1", "--no-map"], "--policy drives without a map. Remove --no-map"),
@@ -78,9 +102,63 @@ def test_an_unusable_policy_is_one_error(
     assert "none.onnx cannot be read: No such file or directory" in capsys.readouterr().err
 
 
+UNFIT = "error: the policy sees obstacles with a lidar, but robot 'kbot' declares no level lidar"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--headless", "--goto", "1,0"],
+        ["--headless", "--rosbridge"],
+        ["--port", "0", "--no-browser"],
+        ["--port", "0", "--no-browser", "--goto", "1,0"],
+    ],
+)
 def test_a_robot_that_does_not_fit_is_one_error(
-    straight_policy: Path, capsys: pytest.CaptureFixture[str]
+    straight_policy: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
 ) -> None:
-    assert run(["sim", "kbot", "--headless", "--policy", str(straight_policy), "--goto", "1,0"]) == 2
-    message = "error: the policy sees obstacles with a lidar, but robot 'kbot' declares no level lidar"
-    assert message in capsys.readouterr().err
+    monkeypatch.setattr("kbot.workbench.serve.serve_session", lambda *_: pytest.fail("the page is served"))
+    assert run(["sim", "kbot", "--policy", str(straight_policy), *words]) == 2
+    assert UNFIT in capsys.readouterr().err
+
+
+def test_a_policy_that_follows_paths_is_one_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    interface = PolicyInterface("path", linear=(0.0, 0.3), angular=(-2.0, 2.0))
+    save_policy(constant(interface), interface, tmp_path / "follow.onnx")
+    assert run([*ROBOT, "--policy", str(tmp_path / "follow.onnx"), "--port", "0", "--no-browser"]) == 2
+    assert "error: the policy drives to a path, not to a goal" in capsys.readouterr().err
+
+
+def test_goals_of_a_bridge_use_the_policy(
+    straight_policy: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A goal on `goal_pose`, as rviz publishes it."""
+    goal = PoseStamped(Header(frame_id="map"), Pose(Point(0.6, -0.5, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0)))
+    reports = []
+
+    def drive(simulation: Simulation, *_: object, **__: object) -> int:
+        simulation.bus.subscribe("/navigation_status", String, lambda each: reports.append(each.data))
+        simulation.bus.publish("/goal_pose", goal)
+        simulation.run(5.0)
+        return 0
+
+    monkeypatch.setattr("kbot.cli.sim.command.run_headless", drive)
+    words = ("--headless", "--world", "rooms", "--rosbridge", "--policy", str(straight_policy))
+    assert run([*ROBOT, *words]) == 0, capsys.readouterr().err
+    assert reports[-2:] == ["driving", "reached"]
+
+
+def test_speeds_that_the_robot_cannot_reach_are_one_note(
+    tmp_path: Path, straight_policy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    interface = PolicyInterface("goal", linear=(0.0, 2.0), angular=(-20.0, 20.0))
+    save_policy(constant(interface), interface, tmp_path / "fast.onnx")
+    words = ("--headless", "--goto", "1,0", "--duration", "0.1")
+    assert run([*ROBOT, "--policy", str(tmp_path / "fast.onnx"), *words]) == 1
+    (note,) = (line for line in capsys.readouterr().err.splitlines() if "policy" in line)
+    assert note.startswith("note: the policy commands up to 2 m/s, but robot 'kbot' only reaches ")
+    assert run([*ROBOT, "--policy", str(straight_policy), *words]) == 1
+    assert "policy" not in capsys.readouterr().err

@@ -109,6 +109,14 @@ def test_a_policy_that_does_not_fit_is_refused(simulation: kbot.Simulation) -> N
         go_to_with_policy(kbot.Simulation("kbot"), seeing, GOAL)
 
 
+def test_a_policy_that_follows_paths_does_not_fit(simulation: kbot.Simulation) -> None:
+    interface = replace(BLIND, target="path")
+    network = Policy(read_network(linear(np.zeros((2, len(interface.inputs))), np.zeros(2))))
+    message = "the policy drives to a path, not to a goal: only kbot/Follow-v0 gives it a path"
+    with pytest.raises(KbotError, match=message):
+        fitted(network.with_interface(interface), simulation)
+
+
 def test_a_lidar_that_sees_less_than_the_policy_is_refused() -> None:
     robot = kbot.load("kbot", lidar=True)
     ahead = (

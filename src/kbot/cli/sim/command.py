@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
     from kbot.sim import Simulation
     from kbot.workbench.displays.display_file import DisplayFile
+    from kbot.workbench.session.session import Session
 
 DURATION = 10.0
 """Seconds that a headless run takes without --duration."""
@@ -91,13 +92,22 @@ class _RunOptions:
         max_speed = None if self.max_speed is None else limits_of("--max-speed", self.max_speed)
         return GoalOptions(self.no_map, self.arrive, max_speed)
 
-    @property
-    def goto_request(self) -> GotoRequest | None:
+    def goto_request(self, policy: Policy | None) -> GotoRequest | None:
         """The goal to drive to, and how. Invalid values end the program."""
         if self.goal is None:
             return None
         goal, has_heading = self.goal
-        return GotoRequest(goal, has_heading, self.goal_options, self.duration, self.read_policy())
+        return GotoRequest(goal, has_heading, self.goal_options, self.duration, policy)
+
+    def make_goals(self, policy: Policy | None) -> Callable[[Simulation], Goals]:
+        """What makes the goals of a simulation. Invalid values end the program."""
+        if policy is None:
+            return self.goal_options.goals
+        from kbot.learn.policies.driving import policy_goals
+        from kbot.learn.policies.policy import ARRIVE
+
+        arrive = ARRIVE if self.arrive is None else self.arrive
+        return lambda simulation: policy_goals(simulation, policy, arrive)
 
     @property
     def goal(self) -> tuple[PlanarPose, bool] | None:
@@ -124,8 +134,6 @@ class _RunOptions:
                 fail(f"--{name.replace('_', '-')} needs --headless")
         if self.as_json:
             fail("--json needs --headless")
-        if self.policy is not None and self.script is not None:
-            fail("--policy drives the robot. Remove --script")
         if self.goto is not None and self.script is not None:
             fail("--goto drives the robot. Remove --script")
         self._require_arrive()
@@ -138,6 +146,8 @@ class _RunOptions:
     def _refuse_with_policy(self) -> None:
         if self.policy is None:
             return
+        if self.script is not None:
+            fail("--policy drives the robot. Remove --script")
         if self.no_map:
             fail("--policy drives without a map. Remove --no-map")
         if self.max_speed is not None:
@@ -147,6 +157,8 @@ class _RunOptions:
         """Without a page and without a bridge, the only goal is that of --goto."""
         if self.goto is not None:
             return
+        if self.policy is not None:
+            fail("--policy with --headless needs --goto or a bridge such as --ros1")
         for name in ("no_map", "arrive", "max_speed"):
             if getattr(self, name) not in (None, False):
                 fail(f"--{name.replace('_', '-')} needs --goto or a bridge such as --ros1")
@@ -166,8 +178,6 @@ class _RunOptions:
         if self.goto is not None and self.plot is not None:
             fail("--plot does not work with --goto, only with --script and --cmd-vel")
         self._require_arrive()
-        if self.policy is not None and self.goto is None:
-            fail("--policy with --headless needs --goto")
         self._refuse_with_policy()
 
 
@@ -342,7 +352,8 @@ def _serve(
 ) -> None:
     """Simulate in the page until Ctrl-C."""
     start, script = setup.start, run.script
-    policy, options = run.read_policy(), run.goal_options
+    policy = run.read_policy()
+    make_goals = run.make_goals(policy)
     goal, has_heading = run.goal or (None, False)
     with loading(file):
         # imported lazily, so that -h stays fast
@@ -376,11 +387,18 @@ def _serve(
             )
 
             def join(simulation: Simulation) -> None:
+                if policy is not None:
+                    try:
+                        _require_fit(policy, simulation)
+                    except KbotError as error:
+                        if session is None:
+                            raise
+                        # the page refuses goals until the edited robot fits
+                        print_note(f"the policy does not fit the robot: {error}")
                 outputs.join(simulation, "", world)
                 report(d for d in simulation.diagnostics if d.code == "W111")
-                if policy is not None:
-                    _note_if_unfit(policy, simulation)
 
+            session: Session | None = None
             session = driven_session(
                 description,
                 place,
@@ -389,7 +407,7 @@ def _serve(
                 setup.contacts,
                 join,
                 start,
-                make_goals=options.goals if policy is None else _goals_with(policy, run.arrive),
+                make_goals=make_goals,
                 goal=goal,
                 goal_has_heading=has_heading,
             )
@@ -404,21 +422,13 @@ def _serve(
         serve_script(session, program, address, outputs.interrupt)
 
 
-def _goals_with(policy: Policy, arrive: float | None) -> Callable[[Simulation], Goals]:
-    from kbot.learn.policies.driving import policy_goals
-    from kbot.learn.policies.policy import ARRIVE
+def _require_fit(policy: Policy, simulation: Simulation) -> None:
+    """Print a note if the robot is slower than the policy. Raises KbotError: the policy does not fit it."""
+    from kbot.learn.policies.driving import fitted, speed_note
 
-    return lambda simulation: policy_goals(simulation, policy, ARRIVE if arrive is None else arrive)
-
-
-def _note_if_unfit(policy: Policy, simulation: Simulation) -> None:
-    """Print why the policy cannot drive this robot. The page refuses goals until an edited robot fits."""
-    from kbot.learn.policies.driving import fitted
-
-    try:
-        fitted(policy, simulation)
-    except KbotError as error:
-        print_note(f"the policy does not fit the robot: {error}")
+    note = speed_note(fitted(policy, simulation), simulation)
+    if note:
+        print_note(f"note: {note}")
 
 
 def _run_headless(
@@ -434,7 +444,8 @@ def _run_headless(
     from kbot.sensors.declared import mount_declared
 
     speeds = None if run.cmd_vel is None else speeds_of("--cmd-vel", run.cmd_vel)
-    request = run.goto_request
+    policy = run.read_policy()
+    request = run.goto_request(policy)
     if run.shot is not None:  # a missing library is reported before the run, which may take long
         from kbot.render.offscreen import require_offscreen
 
@@ -444,10 +455,12 @@ def _run_headless(
     has_outputs = is_live or bool(record.path)
     if has_outputs:
         report(mount_declared(simulation)[1])
+    if policy is not None:
+        _require_fit(policy, simulation)
     if is_live and request is None:
         from kbot.navigation import NavigationTopics
 
-        NavigationTopics(simulation, run.goal_options.goals(simulation))
+        NavigationTopics(simulation, run.make_goals(policy)(simulation))
     with ExitStack() as stack:
         outputs = None
         if has_outputs:

@@ -22,6 +22,9 @@ from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
+_ROUNDED = 1.01
+"""A policy whose highest speed is above that of the robot by less was trained for this robot."""
+
 
 def fitted(policy: Policy, simulation: Simulation) -> Policy:
     """The policy with an interface that fits the simulation's first robot.
@@ -39,19 +42,36 @@ def fitted(policy: Policy, simulation: Simulation) -> Policy:
                 f"the policy's file does not describe its inputs, and they are not the default ones of robot"
                 f" '{robot.name}': {error}"
             ) from None
+    interface = policy.goal_interface
     fastest = 1.0 / simulation.timestep
-    if policy.interface.rate > fastest + 1e-9:
+    if interface.rate > fastest + 1e-9:
         raise KbotError(
-            f"the policy computes {policy.interface.rate:g} commands per second, but the simulation makes"
+            f"the policy computes {interface.rate:g} commands per second, but the simulation makes"
             f" only {fastest:g} steps"
         )
-    if policy.interface.lateral is not None and not robot.drives_sideways:
+    if interface.lateral is not None and not robot.drives_sideways:
         raise KbotError(
             f"the policy commands a lateral speed, but robot '{robot.name}' cannot drive sideways"
         )
-    if policy.interface.lidar is not None:
-        _require_view(policy.interface.lidar, level_lidar(simulation), robot.name)
+    if interface.lidar is not None:
+        _require_view(interface.lidar, level_lidar(simulation), robot.name)
     return policy
+
+
+def speed_note(policy: Policy, simulation: Simulation) -> str:
+    """How much slower the robot is than a policy that fits it: a sentence, or an empty text."""
+    robot, interface = simulation.robots.first, policy.required_interface
+    if robot.wheels is None:
+        return ""
+    commanded = (interface.linear, interface.lateral or (0.0, 0.0), interface.angular)
+    for bounds, fastest, unit in zip(commanded, robot.wheels.fastest, ("m/s", "m/s", "rad/s"), strict=True):
+        wanted = max(map(abs, bounds))
+        if wanted > _ROUNDED * fastest:
+            return (
+                f"the policy commands up to {wanted:.3g} {unit}, but robot '{robot.name}' only reaches"
+                f" {fastest:.3g} {unit}"
+            )
+    return ""
 
 
 def _require_view(sectors: Sectors, lidar: LidarSensor | None, name: str) -> None:

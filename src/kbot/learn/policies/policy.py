@@ -84,6 +84,17 @@ class Policy:
             )
         return self.interface
 
+    @property
+    def goal_interface(self) -> PolicyInterface:
+        """As `required_interface`. Raises KbotError also if the policy does not drive to goals."""
+        interface = self.required_interface
+        if interface.target != GoalTarget.kind:
+            raise KbotError(
+                f"the policy drives to a {interface.target}, not to a goal: only kbot/Follow-v0 gives it a"
+                f" {interface.target}"
+            )
+        return interface
+
     def act(self, seen: Vector) -> Vector:
         """The policy's numbers from -1 to 1 for what it sees.
 
@@ -162,9 +173,7 @@ class PolicyController:
 
         Raises: KbotError: the policy has no interface or does not drive to goals, a number is not finite or
         not above 0, or the goal is too far away."""
-        self.interface = policy.required_interface
-        if self.interface.target != GoalTarget.kind:
-            raise KbotError(f"the policy drives to a {self.interface.target}, not to a goal")
+        self.interface = policy.goal_interface
         require_goal(goal)
         for what, value in (("arrival radius", arrive), ("timeout", 1.0 if timeout is None else timeout)):
             if not (math.isfinite(value) and value > 0.0):
