@@ -59,6 +59,12 @@ ALL = np.zeros(300, dtype=bool)
 TRUTH = Truth(0.042, 0.0425, 0.21, 0.12, 0.01, 0.05)
 
 
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The working directory. Files elsewhere are not changed."""
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture
 def log(tmp_path: Path) -> str:
     rng = np.random.default_rng(5)
@@ -234,3 +240,21 @@ def test_a_larger_angle_is_farther():
     assert Agreement(0.009, 0.021, 5.0, 8).is_farther_than(before)
     assert Agreement(0.011, 0.019, 5.0, 8).is_farther_than(before)
     assert not Agreement(0.009, 0.02 + 1e-9, 5.0, 8).is_farther_than(before)
+
+
+def test_a_file_of_another_package_is_not_changed(log, tmp_path, capsys, monkeypatch):
+    """As one in /opt/ros that the robot includes."""
+    other, own = tmp_path / "opt", tmp_path / "own"
+    other.mkdir()
+    own.mkdir()
+    included = robot(other, OWN)
+    before = included.read_text()
+    file = own / "robot.xacro"
+    file.write_text(
+        '<robot name="robot" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        f'<xacro:include filename="{included}"/></robot>'
+    )
+    monkeypatch.chdir(own)
+    assert run(["identify", log, str(file), "--sensor", "laser", "--fix", "--yes"]) == 2
+    assert "rover.xacro is outside the working directory. Copy this file" in capsys.readouterr().err
+    assert included.read_text() == before

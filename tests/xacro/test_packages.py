@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from kbot.xacro import PackageNotFound, Packages, expand
-from kbot.xacro.packages import public_repositories
+from kbot.xacro.packages import SHIPPED, is_shipped, may_change, public_repositories
 
 pytestmark = pytest.mark.usefixtures("no_packages")
 
@@ -101,6 +101,27 @@ def test_the_shipped_package_is_found_last() -> None:
     with pytest.warns(UserWarning, match="using the kbot_description that ships with KBot"):
         found = Packages().find("kbot_description")
     assert Path(found, "package.xml").is_file()
+
+
+def test_only_files_in_the_working_directory_may_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own, shipped = tmp_path / "own", Path(SHIPPED) / "kbot_description" / "package.xml"
+    own.mkdir()
+    (own / "to_shipped.xml").symlink_to(shipped)
+    (tmp_path / "other.xacro").touch()
+    (own / "to_other.xacro").symlink_to(tmp_path / "other.xacro")
+    monkeypatch.chdir(own)
+    allowed = [
+        name
+        for name in ("new.xacro", "to_other.xacro", "to_shipped.xml", "../other.xacro", shipped)
+        if may_change(name)
+    ]
+    assert allowed == ["new.xacro"]
+    monkeypatch.chdir(shipped.parent)
+    assert not may_change("package.xml"), "KBot's own files never change"
+    assert is_shipped(own / "to_shipped.xml")
+    assert not is_shipped(tmp_path / "other.xacro")
 
 
 def test_find_in_a_description(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -150,7 +149,7 @@ def _write(
     from kbot.identify.fix import robot_fix
     from kbot.text.edits import unified_diff
     from kbot.text.files import rewrite
-    from kbot.xacro.packages import SHIPPED
+    from kbot.xacro.packages import is_shipped, may_change
 
     found = robot_fix(nominal, result)
     click.echo("", err=to_stderr)
@@ -164,8 +163,13 @@ def _write(
     texts = found.texts()
     for path, (before, after) in texts.items():
         click.echo(unified_diff(before, after, relative(path)), nl=False, err=to_stderr)
-        if Path(path).resolve().is_relative_to(SHIPPED):
+        if is_shipped(path):
             fail(f"{path} is part of KBot. Copy the robot with kbot new, and use its file")
+        if not may_change(path):
+            fail(
+                f"{path} is outside the working directory. Copy this file into your package, or run the "
+                "command in the folder of its package"
+            )
     if not confirmed:
         if not sys.stdin.isatty():
             fail("the changes are not written. Add --yes to write them without a question")

@@ -19,7 +19,7 @@ from kbot.text.notes import notes_sent_to
 from kbot.text.span import Call
 from kbot.text.xml import parse_document
 from kbot.xacro import Packages, expand
-from kbot.xacro.packages import SHIPPED, package_around, package_name
+from kbot.xacro.packages import may_change, package_around, package_name
 from kbot.xacro.written_values import ParameterEdit, is_same_robot, parameter_edits
 
 _MOST_LISTED = 20
@@ -129,7 +129,7 @@ def _require_own(edits: Sequence[ParameterEdit], copied: str) -> None:
         file = Path(each.edit.span.file).resolve()
         if copied and file == Path(copied).resolve():
             continue
-        if file.is_relative_to(SHIPPED) or not file.is_relative_to(Path.cwd().resolve()):
+        if not may_change(file):
             raise KbotError(
                 f"'{each.name}' is defined in {_place(each.edit.span)}, outside the working directory. "
                 "Copy this file into your package, or run the command in the folder of its package"

@@ -372,6 +372,19 @@ def package_name(folder: str) -> str:
     return match[1].strip() if match else manifest.parent.name
 
 
+def is_shipped(file: str | Path) -> bool:
+    """Whether a file ships with KBot, also if a symbolic link leads to it. Nothing may change such a file."""
+    return Path(file).resolve().is_relative_to(Path(SHIPPED).resolve())
+
+
+def may_change(file: str | Path) -> bool:
+    """Whether a command may change a file of a robot: it is in the working directory, and not KBot's own.
+
+    Files elsewhere, such as those in /opt/ros, belong to other packages.
+    """
+    return Path(file).resolve().is_relative_to(Path.cwd().resolve()) and not is_shipped(file)
+
+
 def package_around(folder: Path) -> Path | None:
     """The nearest folder with a package.xml, from this one upwards."""
     return next((f for f in (folder, *folder.parents) if (f / "package.xml").is_file()), None)

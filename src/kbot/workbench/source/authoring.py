@@ -28,7 +28,7 @@ from kbot.workbench.source.merging import merge
 from kbot.workbench.source.overrides import Overrides
 from kbot.workbench.source.places import place_of_span
 from kbot.workbench.source.saving import SHIPPED_REASON
-from kbot.xacro.packages import SHIPPED
+from kbot.xacro.packages import is_shipped
 from kbot.xacro.written_values import WrittenValue, value_of, written_parameters
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def _is_value(text: str) -> bool:
 
 
 def _changed(file: str, edits: Iterable[tuple[Edit, str]]) -> tuple[str, str, str]:
-    if Path(file).absolute().is_relative_to(SHIPPED):
+    if is_shipped(file):
         raise KbotError(SHIPPED_REASON)
     source = read_source(file)
     data, at = source.data, len(source.data) + 1

@@ -10,14 +10,14 @@ from kbot.text import KbotError, read_source, rewrite, write_text
 from kbot.workbench.protocol import SaveSource, SourceConflict, SourceSaved
 from kbot.workbench.protocol.messages import MOST_TEXT, MOST_TEXTS
 from kbot.workbench.source.merging import merge
-from kbot.xacro.packages import SHIPPED
+from kbot.xacro.packages import is_shipped
 
 SHIPPED_REASON = "this robot ships with KBot and cannot be changed. Work on a copy of its package"
 
 
 def read_only_reason(file: str, text: str) -> str:
     """Return why a file of the description cannot be saved, or an empty string."""
-    if Path(file).absolute().is_relative_to(SHIPPED):
+    if is_shipped(file):
         return SHIPPED_REASON
     if len(text.encode()) > MOST_TEXT:
         return f"the file has more than {MOST_TEXT:,} bytes. Change it in another editor"
