@@ -9,17 +9,15 @@ from __future__ import annotations
 import os
 import pickle
 import queue
-import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import IO, Any
 
-from kbot.text import KbotError
 from kbot.text.recursion import recursion_limit
+from kbot.worker.process import portable, take_pipes
 
 STACK_BYTES = 256 * 1024 * 1024
 """Stack of the thread that works. Only what is used takes memory."""
@@ -57,11 +55,7 @@ class Request:
 
 def main() -> None:
     """Answer requests until stdin ends, also if the work at that time never does."""
-    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    # what libraries and other processes print is not an answer, and what they read is not a request
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    os.dup2(2, 1)
-    sys.stdout = sys.stderr
+    requests, answers = take_pipes()
     waiting: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.stack_size(STACK_BYTES)
     threading.Thread(target=_work, args=(waiting, answers), daemon=True).start()
@@ -98,21 +92,7 @@ def _answer(data: bytes) -> bytes:
             os.environ.update(surroundings.environment)
         return _pickled(request.work(*request.arguments), None)
     except BaseException as error:  # noqa: BLE001 - raised where the request came from
-        return _failure(error)
-
-
-def _failure(error: BaseException) -> bytes:
-    """The answer for an error. One that cannot be copied to the other process is replaced by its text."""
-    if not isinstance(error, KbotError):  # the traceback of an internal error would be lost
-        error.add_note("".join(traceback.format_exception(error)))
-    if isinstance(error, Exception):
-        with suppress(Exception):
-            data = _pickled(None, error)
-            pickle.loads(data)
-            return data
-    if isinstance(error, KbotError):
-        return _pickled(None, KbotError(str(error)))
-    return _pickled(None, RuntimeError(f"{type(error).__name__}: {error}"))
+        return _pickled(None, portable(error))
 
 
 def _pickled(result: object, error: Exception | None) -> bytes:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import atexit
-import json
 import os
 import pickle
 import queue
 import signal
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -19,6 +17,7 @@ from typing import TYPE_CHECKING, TypeVar, TypeVarTuple
 
 from kbot.text import KbotError
 from kbot.worker.child import Answer, Request, Surroundings
+from kbot.worker.process import end, kill, start
 
 if TYPE_CHECKING:
     import psutil
@@ -35,8 +34,6 @@ CLOSING_SECONDS = 5.0
 CORES = os.cpu_count() or 1
 """A process takes at most this many seconds of processor time in each second."""
 _KILLED = (-signal.SIGTERM, -getattr(signal, "SIGKILL", signal.SIGTERM))
-_START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from kbot.worker.child import main; main()"
-"""Modules are found as in this process, and never in the working directory, which may be a stranger's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +73,7 @@ class ProcessEnded(LimitExceeded):
 class Worker:
     """A process that starts with the first call, and stays for the next ones.
 
-    What takes long there delays nothing in the process that calls, and can be ended. The libraries for this
-    import the user's main module in the new process, which would run the user's program a second time.
+    What takes long there delays nothing in the process that calls, and can be ended.
     """
 
     def __init__(self) -> None:
@@ -116,13 +112,7 @@ class Worker:
 
     def _started(self) -> subprocess.Popen[bytes]:
         if self._process is None or self._process.poll() is not None:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", _START, json.dumps([folder for folder in sys.path if folder])],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                start_new_session=True,  # Ctrl-C in the terminal is for the process that calls
-                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
-            )
+            self._process = start("kbot.worker.child")
             self._spent = None
             atexit.register(self.end)
             self._line.requests.put(None)  # of a process that ended between two calls
@@ -167,12 +157,7 @@ class Worker:
         atexit.unregister(self.end)
         self._line.requests.put(None)
         if process is not None:
-            _kill(process)
-            process.wait()
-            for stream in (process.stdin, process.stdout):
-                if stream is not None:
-                    with suppress(OSError):  # what was not sent yet
-                        stream.close()
+            end(process)
 
 
 def _processor_seconds(process: psutil.Process) -> float:
@@ -180,20 +165,11 @@ def _processor_seconds(process: psutil.Process) -> float:
     return times.user + times.system
 
 
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process with all that it started. They would keep the pipe of the answers open."""
-    if sys.platform == "win32":
-        process.kill()
-    else:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)  # it leads its own session
-
-
 def _status(process: subprocess.Popen[bytes]) -> int:
     """The exit status of a process that closed the pipe of the answers. It may still run."""
     with suppress(subprocess.TimeoutExpired):
         return process.wait(CLOSING_SECONDS)
-    _kill(process)
+    kill(process)
     return process.wait()
 
 

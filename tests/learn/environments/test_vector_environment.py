@@ -11,6 +11,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import kbot
+from kbot.learn.environments.group_process import GroupProcess
 
 GOAL = "kbot/Goal-v0"
 COUNT = 3
@@ -142,6 +143,14 @@ def test_a_process_that_ended_is_reported():
     with pytest.raises(kbot.KbotError, match="process of the vector environment ended"):
         ours.step(np.zeros((COUNT, 2)))
     ours.close()
+
+
+def test_an_internal_error_has_its_traceback():
+    group = GroupProcess("no task", {}, 1, "NextStep", None)
+    with pytest.raises(KeyError) as caught:
+        group.receive()
+    group.close()
+    assert "in make_episodes" in caught.value.__notes__[0]
 
 
 def test_processes_end_when_nobody_refers_to_the_environment():

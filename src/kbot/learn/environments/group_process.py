@@ -1,31 +1,23 @@
 """A group of environments in a process of its own.
 
-Two threads would be slower than one, because Python's lock passes between them at every control period. A
-process is started as `kbot.worker` starts its own, because the libraries for this would import the user's
-main module again. It lives as long as its stdin is open.
+Two threads are slower than one: they contend for Python's lock in each control period. The process lives as
+long as its stdin is open.
 """
 
 from __future__ import annotations
 
-import json
-import os
 import pickle
-import subprocess
-import sys
 import warnings
 from contextlib import suppress
-from typing import IO, Any
+from typing import Any
 from weakref import finalize
 
 from kbot.learn.environments.group import Group
 from kbot.learn.interface.policy_interface import PolicyInterface
 from kbot.text import KbotError
+from kbot.worker.process import end, portable, start, take_pipes
 
-_START = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]);"
-    " from kbot.learn.environments.group_process import main; main()"
-)
-_ENDED = "a process of the vector environment ended: see what it printed, and create the environment again"
+_ENDED = "a process of the vector environment ended. Its output has the reason. Create the environment again."
 
 
 class GroupProcess:
@@ -33,14 +25,8 @@ class GroupProcess:
 
     def __init__(self, *arguments: object) -> None:
         """`arguments` are those of `Group`. `receive` returns its interface, or raises what it raised."""
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", _START, json.dumps([folder for folder in sys.path if folder])],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C in the terminal is for the process that trains
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
-        )
-        self._end = finalize(self, _end, self._process)
+        self._process = start(__name__)
+        self._end = finalize(self, end, self._process)
         """Also ends the process when nobody refers to the group: `Popen` keeps a running process and its
         pipes."""
         self.send("", *arguments)
@@ -74,22 +60,9 @@ class GroupProcess:
         self._end()
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    process.kill()
-    process.wait()
-    for stream in (process.stdin, process.stdout):
-        if stream is not None:
-            with suppress(OSError):  # what was not sent yet
-                stream.close()
-
-
 def main() -> None:
     """Answer calls until stdin ends."""
-    calls, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    # what libraries print is not an answer, and what they read is not a call
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    os.dup2(2, 1)
-    sys.stdout = sys.stderr
+    calls, answers = take_pipes()
     warnings.simplefilter("ignore")  # the first group, in the user's process, has the same ones
     group: Group | None = None
     with suppress(EOFError, BrokenPipeError):
@@ -104,13 +77,9 @@ def main() -> None:
                 else:
                     result = getattr(group, method)(*arguments)
             except Exception as raised:  # noqa: BLE001 - raised where the call came from
-                error = raised if isinstance(raised, KbotError) else RuntimeError(f"{raised!r}")
-            _answer(answers, result, error)
-
-
-def _answer(stream: IO[bytes], result: object, error: Exception | None) -> None:
-    pickle.dump((result, error), stream, pickle.HIGHEST_PROTOCOL)
-    stream.flush()
+                error = portable(raised)
+            pickle.dump((result, error), answers, pickle.HIGHEST_PROTOCOL)
+            answers.flush()
 
 
 class LocalGroup:
