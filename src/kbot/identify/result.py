@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from kbot.text.columns import aligned
 
 LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION = "left_wheel_radius", "right_wheel_radius", "wheel_separation"
 SENSOR_POSE = SENSOR_X, SENSOR_Y, SENSOR_YAW = "sensor_x", "sensor_y", "sensor_yaw"
@@ -110,7 +112,7 @@ class Identification:
             nominal = "" if estimate.nominal is None else _number(estimate.nominal, digits)
             interval = f"{_number(estimate.low, digits)} to {_number(estimate.high, digits)}"
             rows.append((name, _number(estimate.value, digits), interval, nominal, estimate.unit))
-        lines = _columns(rows)
+        lines = aligned(rows, left=(0, 4))
         if self.unobservable:
             lines.append("")
             lines.append("The log does not show:")
@@ -133,14 +135,3 @@ class Identification:
 def _number(value: float, digits: int) -> str:
     """A number without the sign of a rounded zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[index]) for row in rows) for index in range(len(rows[0]))]
-    return [
-        "  ".join(
-            cell.ljust(width) if index in (0, 4) else cell.rjust(width)
-            for index, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]

@@ -17,6 +17,7 @@ from kbot.kinematics.drive.drive import (
 )
 from kbot.kinematics.frames import FrameTree
 from kbot.model import Geometry, Joint, Link, Mesh, RobotModel
+from kbot.text.columns import aligned
 
 _DEEPEST = 30
 """Deeper links of the tree are drawn at this depth, so that lines do not become too long."""
@@ -222,9 +223,7 @@ def _tree(robot: RobotModel) -> Iterator[str]:
             waiting.append(
                 (child.child, below + ("└─ " if last else "├─ "), below + ("   " if last else "│  "))
             )
-    widths = [max(len(row[i]) for row in rows) for i in range(3)]
-    for row in rows:
-        yield f"{row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:>{widths[2]}}  {row[3]}"
+    yield from aligned(rows, left=(0, 1, 3))
 
 
 def _short(path: str) -> str:

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 
 from kbot.sweep.results import Results
+from kbot.text.columns import aligned
 from kbot.text.render import printable
 from kbot.trials.measures import find_measure, is_measure
 from kbot.trials.results import with_unit
@@ -54,9 +55,7 @@ def _best(results: Results) -> list[str]:
         shown = {name: _shown(name, value) for name, value in design.objectives.items()}
         shown |= {name: str(value) for name, value in design.values.items()}
         rows.append([str(design.number), *(shown[name] for name in names[1:])])
-    widths = [max(len(row[column]) for row in rows) for column in range(len(names))]
-    for row in rows:
-        lines.append("  " + "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)))
+    lines += [f"  {line}" for line in aligned(rows)]
     if len(best) > MOST_SHOWN:
         lines.append(f"  … and {len(best) - MOST_SHOWN} more")
     return lines

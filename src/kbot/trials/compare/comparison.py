@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from kbot.text.columns import aligned
 from kbot.trials.compare.causes import Cause
 from kbot.trials.compare.edits import Edit
 from kbot.trials.compare.significance import Difference
@@ -72,7 +73,8 @@ def to_text(comparison: Comparison, *, all_rows: bool = False) -> str:
     significant = comparison.significant
     rows = significant if all_rows else _rows(significant)
     lines = [f"{len(significant)} of {len(comparison.differences)} measures changed", ""]
-    lines += _table([_row(difference) for difference in rows])
+    head = ("scenario", "measure", "before", "after", "change")
+    lines += aligned([head, *map(_row, rows)], left=(0, 1))
     if len(rows) < len(significant):
         lines.append(f"… {len(significant) - len(rows)} more (-v)")
     for number, cause in enumerate(comparison.causes, 1):
@@ -142,18 +144,6 @@ def _row(difference: Difference) -> tuple[str, ...]:
     has_share = abs(difference.before) > difference.threshold
     share = f" ({100.0 * change / abs(difference.before):+.1f} %)" if has_share else ""
     return difference.scenario, difference.measure, before, after, f"{change:+.3g}{unit}{share}"
-
-
-def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    rows = [("scenario", "measure", "before", "after", "change"), *rows]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return [
-        "  ".join(
-            cell.ljust(width) if column < 2 else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
 
 
 def _lines(cause: Cause) -> list[Edit]:

@@ -14,6 +14,7 @@ from kbot.ros.launch import Plan, PlannedNode
 from kbot.ros.launch.known_packages import Role, role
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot
 from kbot.text import KbotError
+from kbot.text.columns import aligned
 from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -33,10 +34,7 @@ def table(plan: Plan, stage: Stage) -> str:
         (f"{i.namespace}gazebo", f"{i.package}/{i.name}", simulator, _place(str(i.origin)))
         for i in plan.included
     ]
-    widths = [max((len(row[column]) for row in rows), default=0) for column in range(3)]
-    lines = [
-        f"  {row[0]:<{widths[0]}}  {row[1]:<{widths[1]}}  {row[2]:<{widths[2]}}  {row[3]}" for row in rows
-    ]
+    lines = [f"  {line}" for line in aligned(rows, left=range(4))]
     robots = [_robot(robot) for robot in stage.robots] or ["  no robot"]
     return "\n".join(
         [
