@@ -12,7 +12,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 
 from kbot.learn.environments.episodes import Options
-from kbot.learn.environments.randomisation import NoiseRanges, Randomisation
+from kbot.learn.environments.randomisation import NONE, Noise, Randomisation
 from kbot.learn.environments.registration import ENVIRONMENTS
 from kbot.learn.environments.tasks import TASKS
 from kbot.learn.environments.tasks.task import COMMON_REWARDS, OUTCOMES, Reward
@@ -21,6 +21,7 @@ from kbot.learn.interface.targets import Field
 
 PAGE = Path(__file__).parent / "reference" / "learning.md"
 BEGIN, END = "<!-- written by docs/learning_tables.py -->\n", "<!-- end -->\n"
+_HEAD = "| option | default | meaning |\n| --- | --- | --- |\n"
 _FIELD = re.compile(r"^(\w+)  +(\S.*(?:\n  +.*)*)", re.MULTILINE)
 """A field in a docstring: its name, at least two spaces, and its meaning, also on indented lines."""
 _EXAMPLE = {
@@ -51,7 +52,7 @@ def tables() -> str:
         "### Options of `randomise`\n",
         _options(Randomisation),
         "The options of `noise`:\n",
-        _options(NoiseRanges),
+        _HEAD + _rows(Noise, {each.name: NONE for each in fields(Noise)}),
         "### Inputs\n",
         "The speeds are those of a robot that drives at 0.3 m/s and turns at 2 rad/s.\n",
         _fields([*target, *path, *rest, lidar]),
@@ -72,7 +73,7 @@ def _options(kind: type) -> str:
         for each in fields(kind)
         if each.init
     }
-    return "| option | default | meaning |\n| --- | --- | --- |\n" + _rows(kind, defaults)
+    return _HEAD + _rows(kind, defaults)
 
 
 def _rows(kind: type, defaults: Mapping[str, object]) -> str:
@@ -84,7 +85,9 @@ def _rows(kind: type, defaults: Mapping[str, object]) -> str:
 
 
 def _shown(default: object) -> str:
-    return "" if default is None or default in ({}, (), "") or default == NoiseRanges() else f"`{default}`"
+    return (
+        "" if default is None or default in ({}, (), "") or default == Randomisation.noise else f"`{default}`"
+    )
 
 
 def _fields(found: Iterable[Field]) -> str:

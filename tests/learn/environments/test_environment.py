@@ -14,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 import kbot
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.environments.environment import KbotEnv
-from kbot.learn.environments.randomisation import Deviations
+from kbot.learn.environments.randomisation import Randomisation
 from kbot.learn.interface.targets import GoalTarget
 from kbot.navigation.controller import Observation
 from kbot.navigation.simulated.lidars import LidarPoints, level_lidar
@@ -246,8 +246,8 @@ def test_noise_of_the_lidar_is_along_its_beams():
     """A point 2 m left of a lidar, which is 1 m ahead of the base, moves to the left or right only."""
     points = np.array([[1.0, 2.0]])
     seen = Observation(0.0, PlanarPose(), obstacles=points, fault="frozen odometry")
-    noise = Deviations(lidar=0.1)
-    noisy = noise.add(seen, np.random.default_rng(1), np.array([1.0, 0.0]))
+    drawn = Randomisation.of({"noise": {"lidar": 0.1}}).draw(np.random.default_rng(1))
+    noisy = drawn.seen(seen, np.random.default_rng(1), np.array([1.0, 0.0]))
     assert noisy.obstacles[0, 0] == 1.0
     assert 0.0 < abs(noisy.obstacles[0, 1] - 2.0) < 0.5
     assert noisy.fault == "frozen odometry"

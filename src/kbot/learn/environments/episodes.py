@@ -16,7 +16,7 @@ import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.environments.option_checks import require_range
-from kbot.learn.environments.randomisation import NONE, Deviations, Drawn, Randomisation, require_friction
+from kbot.learn.environments.randomisation import NONE, Drawn, Randomisation, require_friction
 from kbot.learn.environments.recently_used import RecentlyUsed
 from kbot.learn.environments.stage import SEED, Library, Scene, Stage
 from kbot.learn.environments.tasks import TASKS
@@ -38,7 +38,7 @@ from kbot.messages.clock import NANOSECONDS
 from kbot.model import RobotModel
 from kbot.navigation.controller import Observation
 from kbot.navigation.simulated.lidars import LidarPoints, base_from_lidar
-from kbot.navigation.simulated.pilot import PoseSource
+from kbot.navigation.simulated.pilot import PoseSource, require_pose_source
 from kbot.robot import Value
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Motion, Simulation, SimulationDiverged, recipe
@@ -154,8 +154,7 @@ class Episodes:
         self.period = self.steps_per_action * options.timestep
         """s for each action."""
         positive("time_limit in s", options.time_limit, LONGEST)
-        if options.pose not in ("ground_truth", "odometry"):
-            raise KbotError(f"pose must be 'ground_truth' or 'odometry', not {options.pose!r}")
+        require_pose_source(options.pose)
         values = tuple(options.properties.items())
         self._scene = Scene(options.robot, options.world, values, _folders(options.packages))
         self.library = library or Library(task.reach)
@@ -172,7 +171,7 @@ class Episodes:
         if self._randomisation.noise.lidar != NONE and self.interface.lidar is None:
             raise KbotError("noise of the lidar has no effect: the policy sees no lidar. Remove it")
         self._faults: list[int] = []
-        self._drawn = Drawn(None, Deviations(), 0.0)
+        self._drawn = Drawn()
         self._is_noisy = False
         self._random = np.random.default_rng(0)
         self._seen: LidarPoints | None = None
@@ -199,7 +198,7 @@ class Episodes:
         simulation = stage.simulation
         simulation.reset()
         self._drawn = self._randomisation.draw(random)
-        self._is_noisy = not self._drawn.noise.is_none
+        self._is_noisy = self._drawn.is_noisy
         start = self.task.start(stage, random)
         simulation.models.set_pose(start.pose.x, start.pose.y, start.pose.yaw)
         self._faults = self._drawn.apply(simulation)
@@ -309,7 +308,7 @@ class Episodes:
         now = simulation.time
         observation = Observation(now, pose, motion.twist, points, now - seen_at)
         if self._is_noisy:
-            observation = self._drawn.noise.add(observation, self._random, self._lidar_at)
+            observation = self._drawn.seen(observation, self._random, self._lidar_at)
         return self.interface.numbers(observation, require_started(self._target), self._last_action)
 
     def _end(self) -> None:

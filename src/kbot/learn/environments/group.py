@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
 from kbot.learn.environments.episodes import Episodes, make_episodes
 from kbot.learn.environments.picture import Picture
 
 Info = dict[str, Any]  # values of many types
-NEXT_STEP, SAME_STEP, DISABLED = "NextStep", "SameStep", "Disabled"
-"""The values of Gymnasium's `AutoresetMode`."""
+NEXT_STEP, SAME_STEP = "NextStep", "SameStep"
+"""Values of Gymnasium's `AutoresetMode`."""
 
 
 class Batch(NamedTuple):
@@ -48,7 +49,7 @@ class Group:
         )
         self.interface = first.interface
         self._autoreset, self._most_steps = autoreset, most_steps
-        self._randoms: list[np.random.Generator] = [random_numbers(None) for _ in range(count)]
+        self._randoms: list[np.random.Generator] = [np_random()[0] for _ in range(count)]
         self._steps = [0] * count
         self._is_over = [False] * count
         self._seen: list[list[float]] = [[0.0] * len(first.interface.inputs) for _ in range(count)]
@@ -65,7 +66,7 @@ class Group:
         for index, (seed, is_chosen) in enumerate(zip(seeds, chosen, strict=True)):
             if is_chosen:
                 if seed is not None:
-                    self._randoms[index] = random_numbers(seed)
+                    self._randoms[index] = np_random(seed)[0]
                 infos[index] = self._start(index)
         return self._seen, infos
 
@@ -107,8 +108,3 @@ class Group:
         self._seen[index], info = self.episodes[index].reset(self._randoms[index])
         self._steps[index], self._is_over[index] = 0, False
         return info
-
-
-def random_numbers(seed: int | None) -> np.random.Generator:
-    """The random numbers that Gymnasium gives an environment with this seed."""
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))

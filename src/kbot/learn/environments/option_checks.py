@@ -2,25 +2,36 @@
 
 from __future__ import annotations
 
+import reprlib
 from typing import Any
 
 import numpy as np
 
+from kbot.sim.numbers import is_finite
 from kbot.text import KbotError
 
 LONGEST = 1000.0
 """m. The longest way of an episode."""
 
 
-def require_range(name: str, value: Any, low: float, high: float) -> tuple[float, float]:  # noqa: ANN401 - a user's
-    """Two numbers in order. Raises KbotError: the option is something else, or beyond `low` to `high`."""
+def require_range(
+    name: str, value: object, low: float, high: float, *, may_be_number: bool = False
+) -> tuple[float, float]:
+    """Two numbers in order, or a number that is both.
+
+    Raises:
+        KbotError: the option is something else, or beyond `low` to `high`.
+    """
+    pair: Any = (value, value) if may_be_number and is_finite(value) else value
     try:
-        low_end, high_end = value
+        low_end, high_end = pair
         first, last = float(low_end), float(high_end)
-    except (TypeError, ValueError):
-        raise KbotError(f"{name} must be two numbers (low, high), not {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        kind = "a number or (low, high)" if may_be_number else "two numbers (low, high)"
+        raise KbotError(f"{name} must be {kind}, not {reprlib.repr(value)}") from None
     if not low <= first <= last <= high:
-        raise KbotError(f"{name} must be (low, high) with {low:g} <= low <= high <= {high:g}, not {value!r}")
+        limits = f"{low:g} <= low <= high <= {high:g}"
+        raise KbotError(f"{name} must be (low, high) with {limits}, not {reprlib.repr(value)}")
     return first, last
 
 

@@ -24,6 +24,12 @@ Seen = Callable[[], tuple[NDArray[np.float64] | None, float]]
 """Returns the obstacles, and the time at which they were detected."""
 
 
+def require_pose_source(pose: object) -> None:
+    """Raises KbotError: not a `PoseSource`."""
+    if pose not in ("ground_truth", "odometry"):
+        raise KbotError(f"pose must be 'ground_truth' or 'odometry', not {pose!r}")
+
+
 class Pilot:
     """Lets a controller drive a simulation's robot until it is closed.
 
@@ -43,8 +49,7 @@ class Pilot:
 
         Raises KbotError: `pose` is something else, or the controller must be updated more often than `rate`.
         """
-        if pose not in ("ground_truth", "odometry"):
-            raise KbotError(f"pose must be 'ground_truth' or 'odometry', not '{pose}'")
+        require_pose_source(pose)
         self._simulation, self._controller, self._source, self._seen = simulation, controller, pose, seen
         self.estimate = estimate or OdometryEstimate(simulation)
         self._timer = simulation.clock.every(require_rate(controller, rate), self.tick)
