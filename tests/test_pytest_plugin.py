@@ -295,7 +295,8 @@ def test_of_something_else():
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ("--kbot-html=no/report.html", "the folder */no does not exist"),
+        ("--kbot-html=no/report.html", "* the folder */no does not exist"),
+        ("--kbot-html=test_it.py", "*test_it.py exists and is not a report *"),
         ("--kbot-film=file", "cannot make */file: *"),
     ],
 )

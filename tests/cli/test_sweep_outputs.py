@@ -109,8 +109,10 @@ def test_one_of_several_best_designs_is_chosen() -> None:
     ("words", "error"),
     [
         (("--write", "best.xacro"), "--write needs --objective MEASURE"),
-        ((*RADIUS, "--write", "nowhere/best.xacro"), "its folder does not exist"),
-        (("--html", "nowhere/report.html"), "its folder does not exist"),
+        ((*RADIUS, "--write", "nowhere/best.xacro"), "the folder nowhere does not exist"),
+        (("--html", "nowhere/report.html"), "the folder nowhere does not exist"),
+        (("--html", "drive.scenario.yaml"), "drive.scenario.yaml exists and is not a report"),
+        ((*RADIUS, "--html", "a", "--write", "./a"), "two outputs of this command are the same file: ./a"),
         ((*RADIUS, "--diff"), "--diff shows the changes of --write FILE, which is missing"),
         ((*RADIUS, "--design", "1"), "--design chooses what --write and --html show"),
         (("--on", "somewhere"), "--on somewhere is not the address of a cluster"),
@@ -139,6 +141,18 @@ def test_the_json_is_printed_once_if_a_later_output_fails(
     assert main.run([*words, "--write", "best.xacro"]) == 2  # two designs are best
     printed = capfd.readouterr().out
     assert json.loads(printed)["passed"] == 2
+
+
+@pytest.mark.parametrize("name", ["results.parquet", "runs.jsonl", "sweep.json"])
+def test_the_files_of_the_folder_are_not_overwritten(name: str, folder: Path) -> None:
+    (folder / "out").mkdir()
+    assert refused("--html", f"out/{name}").startswith("two outputs of this command are the same file")
+    assert refused(*RADIUS, "--write", f"out/{name}", "--yes").startswith("two outputs of this command are")
+
+
+def test_a_report_is_overwritten_by_the_next_one() -> None:
+    for _ in range(2):
+        assert run("--html", "report.html").return_value == 0
 
 
 def test_an_empty_name_is_not_a_folder() -> None:

@@ -34,6 +34,7 @@ expect:
   - final_forward: {min: 0.39, max: 0.41}
   - never_touches
 """
+NOT_A_REPORT = "exists and is not a report of this command. Choose another file, or delete this one"
 TOO_FAST = DRIVE.replace("linear: 0.2", "linear: 0.3").replace("robot", "name: fast\nrobot")
 
 
@@ -80,7 +81,8 @@ def test_a_scenario_passes_and_its_state_is_the_same_again() -> None:
 
 def test_a_failed_trial_has_a_reason_a_recording_and_reports(folder: Path) -> None:
     (folder / "fast.scenario.yaml").write_text(TOO_FAST)
-    result = run(".", "--junit", "junit.xml")
+    run("fast.scenario.yaml", "--junit", "junit.xml")
+    result = run(".", "--junit", "junit.xml")  # overwrites the first report
     assert result.return_value == 1
     passed, failed, command, last = result.stdout.splitlines()
     assert passed == "✓ drive  final_forward 0.4 m"
@@ -187,6 +189,11 @@ def test_a_file_is_a_battery_for_any_robot_and_grades_folders(folder: Path) -> N
     for name in ("one", "two"):
         (several / f"{name}.urdf").write_text('<robot name="dan"><link name="a"/></robot>')
     paths = [f"students/{name}/" for name in ("ann", "bob", "cid", "dan")]
+    Path("grades.csv").write_text("name,grade\n")
+    with pytest.raises(KbotError, match=f"grades.csv {NOT_A_REPORT}"):
+        run("--battery", "drive.scenario.yaml", *paths, "--csv", "grades.csv")
+    Path("grades.csv").unlink()
+    run("--battery", "drive.scenario.yaml", paths[0], "--csv", "grades.csv")
     result = run("--battery", "drive.scenario.yaml", *paths, "--csv", "grades.csv")
     assert result.return_value == 1
     rows = list(csv.DictReader(Path("grades.csv").read_text("utf-8").splitlines()))
@@ -293,13 +300,20 @@ def test_results_are_printed_if_recordings_cannot_be_written(folder: Path) -> No
     ("words", "error"),
     [
         (["--keep", "drive.scenario.yaml"], "--keep takes a folder, and drive.scenario.yaml is a file"),
-        (["--junit", "."], "cannot write .: it is a folder"),
+        (["--junit", "."], ". cannot be written: it is a folder"),
+        (["--html", "drive.scenario.yaml"], f"drive.scenario.yaml {NOT_A_REPORT}"),
+        (["--junit", "drive.scenario.yaml"], f"drive.scenario.yaml {NOT_A_REPORT}"),
+        (
+            ["--html", "a", "--junit", "a"],
+            "two outputs of this command are the same file: a. Choose different files",
+        ),
     ],
 )
 def test_unusable_outputs_are_reported_before_the_trials(words: list[str], error: str) -> None:
     with pytest.raises(KbotError) as refused:
         run("drive.scenario.yaml", *words)
     assert str(refused.value) == error
+    assert Path("drive.scenario.yaml").read_text() == DRIVE
 
 
 def test_ctrl_c_before_the_trials_prints_an_object(

@@ -23,6 +23,7 @@ from kbot.cli.arguments import (
 )
 from kbot.cli.output import fail, print_json, print_note
 from kbot.cli.progress import busy, counting
+from kbot.text.outputs import require_different, require_place, require_report_place
 
 if TYPE_CHECKING:
     from kbot.sweep.executor import Executor
@@ -224,7 +225,7 @@ def _run(
     """Run what is missing. The pool and the folder stay open until `opened` ends."""
     if not execution.out:
         fail("--out DIR is missing: the folder for the results")
-    _check_outputs(outputs, options, confirmed=execution.confirmed)
+    _check_outputs(outputs, options, execution.out, confirmed=execution.confirmed)
     if execution.on is not None:
         from kbot.sweep.cluster import parse_place
 
@@ -269,13 +270,18 @@ def _executor(execution: _ExecutionOptions, plan: Plan, pool: Pool, out: str) ->
     return RayCluster(parse_place(execution.on), execution.jobs, execution.limit_time, versions, [out])
 
 
-def _check_outputs(outputs: _Outputs, options: _PlanOptions, *, confirmed: bool) -> None:
+def _check_outputs(outputs: _Outputs, options: _PlanOptions, out: str, *, confirmed: bool) -> None:
     """Report before the runs what cannot be written after them."""
-    for path in filter(None, (outputs.html, outputs.write)):
-        if not Path(path).absolute().parent.is_dir():
-            fail(f"{path} cannot be written: its folder does not exist")
-        if Path(path).is_dir():
-            fail(f"{path} cannot be written: it is a folder")
+    from kbot.sweep.folder import FILES  # imported lazily, so that -h stays fast
+    from kbot.trials.reports.html import MARK
+
+    if outputs.html:
+        require_report_place(outputs.html, MARK)
+    if outputs.write:
+        require_place(outputs.write)
+    require_different(
+        [*(str(Path(out, name)) for name in FILES), *filter(None, (outputs.html, outputs.write))]
+    )
     if outputs.write is None:
         if outputs.diff:
             fail("--diff shows the changes of --write FILE, which is missing")

@@ -25,6 +25,7 @@ from kbot.cli.output import fail, has_color, print_json, print_note, report_erro
 from kbot.cli.progress import busy, counting
 from kbot.text import KbotError
 from kbot.text.files import write_text
+from kbot.text.outputs import require_different, require_report_place
 
 if TYPE_CHECKING:
     from kbot.trials.pool import Pool, Task
@@ -62,12 +63,14 @@ class _Reports:
     csv: str | None
 
     def require_writable(self) -> None:
-        """End the program if a file cannot be written: the trials may take long."""
-        for path in filter(None, (self.junit, self.html, self.csv)):
-            if not Path(path).parent.is_dir():
-                fail(f"cannot write {path}: the folder {Path(path).parent} does not exist")
-            if Path(path).is_dir():
-                fail(f"cannot write {path}: it is a folder")
+        """Raises KbotError: a file cannot be written, or is not a report. The trials may take long."""
+        from kbot.trials.reports import grades, html, junit  # imported lazily, so that -h stays fast
+
+        reports = ((self.junit, junit.MARK), (self.html, html.MARK), (self.csv, grades.MARK))
+        marks = [(path, mark) for path, mark in reports if path]
+        for path, mark in marks:
+            require_report_place(path, mark)
+        require_different([path for path, _ in marks])
 
 
 @click.command(

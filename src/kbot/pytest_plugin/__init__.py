@@ -79,9 +79,14 @@ def pytest_configure(config: pytest.Config) -> None:
                 f"--kbot-film: cannot make {option.kbot_film}: {error.strerror}"
             ) from None
     if option.kbot_html and not hasattr(config, "workerinput"):
-        folder = Path(option.kbot_html).parent
-        if not folder.is_dir():
-            raise pytest.UsageError(f"--kbot-html: the folder {folder} does not exist")
+        from kbot.text import KbotError
+        from kbot.text.outputs import require_report_place
+        from kbot.trials.reports.html import MARK
+
+        try:
+            require_report_place(option.kbot_html, MARK)
+        except KbotError as error:
+            raise pytest.UsageError(f"--kbot-html: {error}") from None
         config.pluginmanager.register(HtmlReport(option.kbot_html), "kbot-html")
 
 

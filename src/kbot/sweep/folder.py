@@ -19,6 +19,7 @@ from kbot.text.json_text import parse_json
 from kbot.text.render import encodable
 
 PLAN, JOURNAL, TABLE, LOCK = "sweep.json", "runs.jsonl", "results.parquet", ".lock"
+FILES = (PLAN, JOURNAL, TABLE, LOCK)
 _OPTIONS = {
     "schema": "the version of its files is",
     "robot": "its robot is",
@@ -75,7 +76,7 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
 
 def _require_regular_files(folder: Path) -> None:
     """Raises KbotError: one is a link, which changes a file elsewhere, or a pipe, which may never end."""
-    for name in (PLAN, JOURNAL, TABLE, LOCK):
+    for name in FILES:
         try:
             mode = (folder / name).lstat().st_mode
         except OSError:  # most often missing; else its opening reports why

@@ -10,6 +10,10 @@ from kbot.text.render import encodable
 from kbot.trials.results import TrialResult
 
 PASS = "pass"
+_COLUMNS = ("path", "robot", "passed", "failed", "score")
+"""The first columns. One for each scenario follows."""
+MARK = ",".join(_COLUMNS)
+"""The beginning of every table, by which KBot knows that it may overwrite the file."""
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """First characters that make a spreadsheet evaluate a cell. A student may choose names and error texts."""
 
@@ -26,7 +30,7 @@ def grades(trials: Iterable[tuple[str, TrialResult]]) -> str:
     columns = list(dict.fromkeys(result.title for results in rows.values() for result in results))
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(["path", "robot", "passed", "failed", "score", *map(_cell, columns)])
+    table.writerow([*_COLUMNS, *map(_cell, columns)])
     for path, results in rows.items():
         passed = sum(result.passed for result in results)
         table.writerow(

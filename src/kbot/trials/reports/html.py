@@ -56,6 +56,8 @@ _INVISIBLE = re.compile(
 )
 """Characters that HTML does not allow, that UTF-8 cannot encode, or that reverse the order of a text."""
 _BAR_WIDTH, _BAR_HEIGHT = 210, 18
+MARK = '<meta name="generator" content="KBot">'
+"""A line of every report, by which KBot knows that it may overwrite the file."""
 
 
 def write_html(path: str, results: Sequence[TrialResult], title: str = "KBot trials") -> None:
@@ -103,6 +105,7 @@ def page(title: str, body: str) -> str:
     body, title = (_INVISIBLE.sub("\N{REPLACEMENT CHARACTER}", text) for text in (body, title))
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f"{MARK}\n"
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="referrer" content="no-referrer">\n'

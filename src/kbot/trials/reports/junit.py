@@ -10,12 +10,16 @@ from xml.etree import ElementTree
 from kbot.text.render import printable
 from kbot.trials.results import TrialResult
 
+NAME = "kbot try"
+MARK = f'<testsuites name="{NAME}"'
+"""The element of every report, by which KBot knows that it may overwrite the file."""
+
 
 def junit(results: Sequence[TrialResult], begun: datetime) -> str:
     """JUnit XML with a test case for each trial. Its measures are properties of the case."""
     errors = sum(bool(result.error) for result in results)
     failures = sum(not result.passed for result in results) - errors
-    root = ElementTree.Element("testsuites", name="kbot try")
+    root = ElementTree.Element("testsuites", name=NAME)
     suite = ElementTree.SubElement(
         root,
         "testsuite",
