@@ -49,6 +49,8 @@ def record_failures(
         replace(tasks[index], record=str(place / name), with_film=with_film)
         for index, name in zip(failed, names, strict=True)
     ]
+    for task in again:
+        Path(task.record).unlink(missing_ok=True)  # of the run before
     kept = list(results)
     for index, task, result in zip(failed, again, run_tasks(pool, again, on_result, limit), strict=True):
         if result is None or not result.recording:  # Ctrl-C, or the disk is full
