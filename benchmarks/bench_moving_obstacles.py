@@ -3,11 +3,12 @@
     python benchmarks/bench_moving_obstacles.py [COUNT] [--without]
 
 KBot drives through a hall of 8 m x 4 m at up to 1 m/s. The obstacles are boxes with edges of 0.25 to 0.45 m.
-They move at 0.3 to 1 m/s, whatever the robot does:
+They move at 0.3 to 1 m/s, whatever the robot does. In `parking`, no run can arrive, because a box stands on
+the goal. These runs pass if the robot does not drive into the box.
 
     crossing   three boxes cross the hall between the robot and its goal, back and forth
     oncoming   two boxes come from the goal towards the robot's start
-    parking    a box drives into the goal, and stays: the robot must stop before it, with the reason
+    parking    a box drives into the goal, and stays: the robot must stop before it, and report the reason
 
 A contact while the robot drives towards the box counts as its fault, others as the box's. COUNT is
 the number of seeds of each, 20 by default. `--without` ignores the velocities of obstacles, for comparison.
