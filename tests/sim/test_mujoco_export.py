@@ -89,6 +89,12 @@ def test_robot_that_cannot_drive_has_no_controls(tmp_path):
     assert data.qpos[2] == pytest.approx(0.1, abs=0.001), "it rests on the ground"
 
 
+def test_a_library_that_writes_fewer_digits_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(mujoco, "__file__", str(tmp_path / "__init__.py"))
+    with pytest.raises(kbot.KbotError, match=r"MuJoCo \d+\.\d+\.\d+ cannot write numbers with all digits"):
+        kbot.load("kbot").to_mujoco()
+
+
 def test_several_robots_are_refused():
     from kbot.sim.mujoco_export import export
 

@@ -66,10 +66,10 @@ class MujocoModel:
 
 
 def export(simulation: Simulation) -> MujocoModel:
-    """The model of a simulation with one robot. The robot's start is the keyframe `start`.
+    """The model of a simulation with one robot, which is reset. The robot's start is the keyframe `start`.
 
     Raises:
-        KbotError: the simulation has several robots.
+        KbotError: the simulation has several robots, or MuJoCo cannot write numbers with all digits.
     """
     if len(simulation.robots) > 1:
         raise KbotError("only a simulation with one robot can be exported")
@@ -108,8 +108,10 @@ def _all_digits() -> Iterator[None]:
         if file.suffix in (".dll", ".dylib") or ".so" in file.suffixes[:1]:
             setter = getattr(ctypes.CDLL(str(file)), "_mjPRIVATE__set_xml_precision", None) or setter
     if setter is None:
-        yield
-        return
+        raise KbotError(
+            f"MuJoCo {mujoco.__version__} cannot write numbers with all digits, so the model would move"
+            " differently. Install another version of mujoco-core"
+        )
     setter(_DIGITS)
     try:
         yield
