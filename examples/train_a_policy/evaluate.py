@@ -11,10 +11,11 @@ from collections.abc import Callable
 import gymnasium
 import numpy as np
 import task
+from numpy.typing import NDArray
 
-from kbot.learn.interface.policy_interface import PolicyInterface, Vector
-from kbot.learn.policies.policy import Policy
+from kbot.learn import Policy, PolicyInterface
 
+Vector = NDArray[np.float32]
 Drive = Callable[[Vector], Vector]
 
 

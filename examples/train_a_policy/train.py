@@ -14,8 +14,7 @@ from stable_baselines3 import SAC
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv, VecMonitor
 
-from kbot.learn.interface.policy_interface import PolicyInterface
-from kbot.learn.policies.policy import save_policy
+from kbot.learn import PolicyInterface, save_policy
 
 TIME_LIMIT = 20.0
 """s of an episode."""

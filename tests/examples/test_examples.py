@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from pyarrow import parquet
 
 import kbot
-from kbot.learn.policies.driving import go_to_with_policy
-from kbot.learn.policies.policy import Policy
+from kbot.learn import Policy, go_to_with_policy
 from kbot.navigation.simulated.collision_watch import CollisionWatch
 from kbot.sim.script import Script
 from kbot.text import KbotError

@@ -11,7 +11,7 @@ from .test_bridge_ros1 import answers, message_on, output_of
 
 DRIVER = """
 import sys, kbot
-from kbot.learn.policies.policy import Policy, PolicyController
+from kbot.learn import Policy, PolicyController
 from kbot.ros.client.pilot import NodePilot
 
 with kbot.Node("driver", ()) as node:

@@ -68,6 +68,16 @@ def test_the_view_of_a_lidar_turns_with_it(yaw, roll, start):
     assert LidarView.of_beams(2.0, -1.0, 4.0, pose) == view
 
 
+def test_public_names_are_imported_at_their_first_use():
+    import kbot.learn
+
+    assert {name: getattr(kbot.learn, name).__name__ for name in kbot.learn.__all__} == {
+        name: name for name in kbot.learn.__all__
+    }
+    code = "import sys, kbot.learn; assert not any(name.startswith('kbot.learn.') for name in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_every_number_is_limited_to_its_bounds():
     far = Observation(0.0, PlanarPose(), PlanarTwist(9.0, 0.0, -9.0))
     vector = GOAL.observe(far, GoalTarget(300.0, 400.0), [1.0, 1.0])
