@@ -1,4 +1,4 @@
-"""Policies as ONNX files of strangers: what is not a plain network is refused with one sentence."""
+"""Untrusted ONNX files of policies: what is not a plain network is refused with one sentence."""
 
 import os
 from collections.abc import Callable

@@ -24,7 +24,7 @@ from kbot.text.suggest import suggest_or_list
 
 Vector = NDArray[np.float32]
 
-_SPARE = 1.5
+_OVERSPEED = 1.5
 """The seen speeds are bounded by the highest commanded ones times this, because a robot can slide or roll
 downhill."""
 _FASTEST, _MOST_SECTORS, _MOST_RATE = 1000.0, 10_000, 1000.0
@@ -151,8 +151,8 @@ class PolicyInterface:
             Field(
                 f"{action.name}_velocity",
                 action.unit,
-                -_SPARE * max(abs(action.low), abs(action.high)),
-                _SPARE * max(abs(action.low), abs(action.high)),
+                -_OVERSPEED * max(abs(action.low), abs(action.high)),
+                _OVERSPEED * max(abs(action.low), abs(action.high)),
                 f"measured speed, {action.meaning}",
             )
             for action in self.actions

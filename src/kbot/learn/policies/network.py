@@ -1,8 +1,9 @@
-"""Checks the ONNX file of a policy, which may come from a stranger: operators, sizes and cost.
+"""Checks the ONNX file of a policy, which may be untrusted: operators, sizes and cost.
 
-A file that passes needs the same short time and the same little memory in every call, because it has neither
-loops nor sizes that depend on numbers. `read_network` checks it in another process, with limits: the
-libraries that read a malformed file are written in C++, and may end their process.
+onnxruntime limits neither time nor memory, and reads other files, so KBot checks the graph first. A graph
+that passes needs the same short time and the same little memory in every call, because it has neither loops
+nor sizes that depend on numbers. `read_network` checks it in another process, with limits: the libraries that
+read a malformed file are written in C++, and may end their process.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ _NAMES = """
     Softsign Split Sqrt Squeeze Sub Sum Swish Tanh Transpose Unsqueeze Where
 """
 OPERATORS = frozenset(_NAMES.split())
-"""Operators of networks that compute forwards. They do not include operators that run a graph again (Loop,
+"""Operators of feed-forward networks. They do not include operators that run a graph again (Loop,
 Scan, If), draw random numbers, make tensors of any size (Expand, Tile, Pad, Resize), or take time that
 depends on numbers."""
 
@@ -219,7 +220,7 @@ def _check_operators(model: ModelProto) -> None:
         if domain or node.op_type not in OPERATORS:
             raise KbotError(
                 f"uses the operator {_shown(domain + node.op_type)}, which a policy must not use. It may use"
-                " the operators of networks that only compute forwards, without loops and memory"
+                " the operators of feed-forward networks, without loops and memory"
             )
         if any(each.HasField("g") or each.graphs for each in node.attribute):
             raise KbotError(f"has a graph inside the operator {node.op_type}, which a policy must not have")

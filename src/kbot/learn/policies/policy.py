@@ -28,7 +28,7 @@ from kbot.text.files import read_bytes, write_bytes
 ARRIVE = 0.2
 """m. The distance from a goal that counts as reached."""
 _STOPS_WITHIN = 0.8
-"""Share of it within which the robot stops, because its odometry may be wrong."""
+"""The robot stops within this share of the arrival radius, to allow for odometry error."""
 INTERFACE_KEY = "kbot_policy"
 """The key of the ONNX file's metadata under which the policy's inputs and actions are described."""
 SILENCE = 0.5
@@ -36,9 +36,8 @@ SILENCE = 0.5
 GIVE_UP = 4.0
 """The goal is given up after this many times the seconds without a scan after which the robot is stopped."""
 SLACK, GRACE = 8.0, 60.0
-"""A goal may take this many times the time that the straight line needs at full speed, and this many seconds
-more, as a goal without a map."""
-_BEYOND = 1e-3
+"""The default time limit is SLACK times the straight-line driving time at full speed, plus GRACE s."""
+OUTPUT_TOLERANCE = 1e-3
 """How far a number of the network may be beyond -1 or 1. Rounding in a network is smaller."""
 _EARLY = 0.1
 """Share of a period by which a command may be early. A node's timer is not exact."""
@@ -79,8 +78,7 @@ class Policy:
         """The interface. Raises KbotError: the file does not describe it."""
         if self.interface is None:
             raise KbotError(
-                "the policy's file does not describe its inputs. Write it with"
-                " kbot.learn.policies.policy.save_policy"
+                "the policy's file does not describe its inputs. Write it with kbot.learn.save_policy"
             )
         return self.interface
 
@@ -104,7 +102,7 @@ class Policy:
         except KbotError as error:
             raise KbotError(f"the policy {error}") from None
         for field, value in zip(self.required_interface.actions, found.tolist(), strict=True):
-            if not abs(value) <= 1.0 + _BEYOND:  # also for NaN
+            if not abs(value) <= 1.0 + OUTPUT_TOLERANCE:  # also for NaN
                 why = "is out of range" if math.isfinite(value) else "is not finite"
                 raise KbotError(
                     f"the policy's output '{field.name}' {why}: {value:.3g} instead of a number from -1 to 1"
