@@ -162,6 +162,39 @@ def test_displacements_in_millimetres_and_degrees_are_reported(tmp_path, rng):
         identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
 
 
+@pytest.mark.parametrize("amplitude", [0.003, 0.1, 1.0])
+def test_poses_in_degrees_are_reported(tmp_path, rng, amplitude):
+    """Also if the robot drives to and fro and hardly turns: its radius would be 7 % too small."""
+    truth = Truth(0.036, 0.036, 0.18, 0.0, 0.0, 0.0)
+    ahead = rng.uniform(0.1, 0.4, 200) * np.where(np.arange(200) // 10 % 2, -1.0, 1.0)
+    turning = np.diff(amplitude * np.sin(0.3 * np.arange(201))) / 0.5
+    half = turning * truth.wheel_separation / 2.0
+    wheels = np.column_stack([ahead - half, ahead + half]) / truth.left_wheel_radius
+    table = rows(truth, wheels, rng, slip=0.003)
+    table[:, 0] = np.cumsum(table[:, 0])
+    table[:, 3:] = chained(table[:, 3:]) + rng.normal(0.0, 0.001, (200, 3))
+    table[:, 5] = np.degrees(table[:, 5])
+    with pytest.raises(KbotError, match="the rotations of the reference are in degrees"):
+        identified(write(tmp_path / "log.csv", POSES, table))
+
+
+def test_displacements_in_degrees_are_reported(tmp_path, rng):
+    table = rows(Truth(), speeds(Truth(), 200, rng), rng, slip=0.01, noise=(0.001, 0.001))
+    table[:, 5] = np.degrees(table[:, 5])
+    with pytest.raises(KbotError, match="the rotations of the reference are in degrees"):
+        identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+
+
+@pytest.mark.parametrize("turns", [False, True])
+def test_an_inaccurate_rotation_in_radians_is_used(tmp_path, rng, turns):
+    table = rows(Truth(), speeds(Truth(), 200, rng, turns=turns), rng, slip=0.01, noise=(0.002, 0.2))
+    found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+    assert found.residual.rotation > 0.15
+    if turns:
+        separation = found.parameters["wheel_separation"]
+        assert separation.low <= Truth().wheel_separation <= separation.high
+
+
 @pytest.mark.parametrize(
     ("change", "expected"),
     [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +30,8 @@ _WIDEST = 0.5
 the wheel separation (also for the sensor's position), or in rad."""
 _FACTOR = 20.0
 """Ratio of wheel radii or separations of different robots: the reference or the units are wrong."""
+_INACCURATE = 0.1
+"""Error in rad of a rotation from which the reference may be in degrees."""
 _NEGLIGIBLE = np.array([1e-4, 1e-4, 1e-3])
 """Errors in m, m and rad below which an outlier is not a slip or a collision. In a recording of KBot without
 noise, a difference of a time stamp in the last digit makes an outlier."""
@@ -75,6 +79,7 @@ def _identify(log: DriveLog, nominal: Nominal) -> Identification:
     is_moving = all_motions.is_moving
     motions = all_motions.only(is_moving)
     found = fit(motions, nominal.start)
+    _require_radians(log, found, nominal)
     _require_plausible(log, found, nominal)
     low, high = _bounds(found.parameters, found.half_widths)
     value = _natural(found.parameters)
@@ -170,6 +175,30 @@ def _is_observable(low: Array, high: Array, nominal: Nominal) -> NDArray[np.bool
     sizes = np.array([left, right, separation, separation, separation, 1.0])
     observable &= (high - low) / 2.0 < _WIDEST * sizes
     return observable
+
+
+def _require_radians(log: DriveLog, found: KinematicFit, nominal: Nominal) -> None:
+    """Fail if the rotations of the reference have large errors, and explain the log only as degrees."""
+    translation, rotation = _root_mean_square(found.errors[~found.is_outlier])
+    if rotation is None or rotation < _INACCURATE:
+        return
+    units = np.array([1.0, 1.0, np.radians(1.0)])
+    motions = motions_of(replace(log, displacements=log.displacements * units, poses=log.poses * units))
+    motions = motions.only(motions.is_moving)
+    try:
+        other = fit(motions, nominal.start)
+        _require_plausible(log, other, nominal)
+    except (KbotError, np.linalg.LinAlgError):
+        return
+    predicted = (motions.displacements - other.errors)[~other.is_outlier]
+    new_translation, new_rotation = _root_mean_square(other.errors[~other.is_outlier])
+    _, turns = _root_mean_square(predicted)
+    if new_rotation is None or turns is None or new_rotation > rotation / 10.0:
+        return
+    shows_turns = new_rotation < turns / 2.0
+    moves_better = bool(translation and new_translation and new_translation < translation / 2.0)
+    if shows_turns or moves_better:
+        raise KbotError(f"{log.path}: the rotations of the reference are in degrees. They must be in rad")
 
 
 def _require_plausible(log: DriveLog, found: KinematicFit, nominal: Nominal) -> None:
