@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 
-from kbot.learn.environments.episodes import Options
+from kbot.learn.environments.options import Options
 from kbot.learn.environments.randomisation import NONE, Noise, Randomisation
 from kbot.learn.environments.registration import ENVIRONMENTS
 from kbot.learn.environments.tasks import TASKS

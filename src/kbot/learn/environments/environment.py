@@ -12,8 +12,8 @@ from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.extensions import LivePage
+from kbot.learn.environments.episode_picture import Picture
 from kbot.learn.environments.episodes import make_episodes
-from kbot.learn.environments.picture import Picture
 from kbot.learn.interface.policy_interface import PolicyInterface, Vector
 from kbot.sim import Simulation
 from kbot.text import KbotError

@@ -6,16 +6,15 @@ The single environment has one `Episodes`, the vector environment one for each o
 from __future__ import annotations
 
 import math
-import os
 import reprlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.learn.environments.option_checks import require_range
+from kbot.learn.environments.options import MOST_SEEDS, Options, read_options
 from kbot.learn.environments.randomisation import NONE, Drawn, Randomisation, require_friction
 from kbot.learn.environments.recently_used import RecentlyUsed
 from kbot.learn.environments.stage import SEED, Library, Scene, Stage
@@ -32,67 +31,20 @@ from kbot.learn.environments.tasks.task import (
     require_started,
 )
 from kbot.learn.interface.policy_interface import PolicyInterface
-from kbot.learn.interface.robot_interface import REACH, policy_interface
+from kbot.learn.interface.robot_interface import policy_interface
 from kbot.learn.interface.targets import Target
 from kbot.messages.clock import NANOSECONDS
-from kbot.model import RobotModel
 from kbot.navigation.controller import Observation
 from kbot.navigation.simulated.lidars import LidarPoints, base_from_lidar
-from kbot.navigation.simulated.pilot import PoseSource, require_pose_source
-from kbot.robot import Value
 from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Motion, Simulation, SimulationDiverged, recipe
 from kbot.sim.motion_watch import UPRIGHT
-from kbot.sim.numbers import LONGEST, is_finite, positive
+from kbot.sim.numbers import is_finite
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
-from kbot.world import World
 
 _SETTLE = 0.1
 """s for which a robot settles on its wheels before an episode."""
-_MOST_SEEDS = 2**31
-_LONGEST_STEP = 1.0
-"""s. Physics diverges with far shorter steps."""
-T = TypeVar("T")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Options:
-    """The options of every environment.
-
-    robot        file of the robot, or the result of `kbot.load`; `kbot` is the robot that ships with KBot
-    world        as in `kbot.Simulation`; `{seed}` in it is replaced by a number for each episode
-    world_seeds  lowest and highest number for `{seed}`
-    properties   values of xacro arguments and properties
-    packages     folders in which packages are searched first
-    lidar        number of directions in which the policy sees obstacles; by default 36 for a robot that
-                 declares a level lidar, and 0 for others
-    reach        m; the furthest obstacle that the policy sees
-    max_speed    m/s and rad/s; by default the limits that the robot declares
-    reverse      whether the policy can drive backwards
-    rate         actions per second
-    time_limit   s after which an episode is truncated
-    pose         `ground_truth` or `odometry`: the pose that the policy sees
-    rewards      weights that replace the default weights of the reward's terms
-    randomise    ranges from which each episode draws: see `Randomisation`
-    timestep     s of a step of physics
-    """
-
-    robot: str | os.PathLike[str] | RobotModel = "kbot"
-    world: str | World = "empty"
-    world_seeds: tuple[int, int] = (1, 1000)
-    properties: Mapping[str, Value] = field(default_factory=dict)
-    packages: tuple[str, ...] = ()
-    lidar: int | None = None
-    reach: float = REACH
-    max_speed: tuple[float, float] | None = None
-    reverse: bool = False
-    rate: float = 10.0
-    time_limit: float = 60.0
-    pose: PoseSource = "ground_truth"
-    rewards: Mapping[str, float] = field(default_factory=dict)
-    randomise: Mapping[str, object] = field(default_factory=dict)
-    timestep: float = recipe.TIMESTEP
 
 
 class Step(NamedTuple):
@@ -103,20 +55,6 @@ class Step(NamedTuple):
     terminated: bool
     truncated: bool
     info: dict[str, Any]  # values of many types
-
-
-def read_options(kind: type[T], given: Mapping[str, object], others: tuple[type, ...] = ()) -> T:
-    """The options of a dataclass from keywords. Names of the `others` are left out.
-
-    Raises:
-        KbotError: a keyword is not an option of any of them.
-    """
-    names = [each.name for each in fields(kind) if each.init]  # type: ignore[arg-type]  # a dataclass
-    known = [*names, *(each.name for other in others for each in fields(other) if each.init)]
-    for name in given:
-        if name not in known:
-            raise KbotError(f"unknown option '{name}' of the environment: {suggest_or_list(name, known)}")
-    return kind(**{name: value for name, value in given.items() if name in names})
 
 
 def make_episodes(task: str, options: dict[str, object], library: Library | None = None) -> Episodes:
@@ -143,24 +81,18 @@ class Episodes:
             DescriptionError: the robot or the world cannot be used.
             KbotError: an option is not valid.
         """
-        _require_kinds(options)
         self.options, self.task = options, task
         self._randomisation = Randomisation.of(options.randomise)
         self.weights = _weights(task, options.rewards)
         """The weight of each term of the reward, by name."""
-        self._seeds = _require_seeds(options)
-        positive("timestep in s", options.timestep, _LONGEST_STEP)
-        self.steps_per_action = _require_rate(options.rate, options.timestep)
-        self.period = self.steps_per_action * options.timestep
+        self.period = options.steps_per_action * options.timestep
         """s for each action."""
-        positive("time_limit in s", options.time_limit, LONGEST)
-        require_pose_source(options.pose)
         values = tuple(options.properties.items())
-        self._scene = Scene(options.robot, options.world, values, _folders(options.packages))
+        self._scene = Scene(options.robot, options.world, values, options.packages)
         self.library = library or Library(task.reach)
         self._stages: RecentlyUsed[Stage] = RecentlyUsed()
         nominal = task.scene(self._scene, np.random.default_rng(0))
-        first = _with_world_seed(nominal, self._seeds[0])
+        first = _with_world_seed(nominal, options.world_seeds[0])
         self.stage = self._stages.get(first.key, lambda: self._make_stage(first))
         self.interface = self._interface_of(self.stage)
         drawn = self._randomisation.draw_values(np.random.default_rng(0))
@@ -207,7 +139,7 @@ class Episodes:
         if lidar is not None:
             lidar.is_needed = None
             # as a plain simulation with this seed
-            simulation.seed = int(random.integers(_MOST_SEEDS))
+            simulation.seed = int(random.integers(MOST_SEEDS))
             lidar.reseed()
             self._lidar_at = base_from_lidar(lidar)[:2, 3]
         first_scan = 0.0 if lidar is None else 1.0 / lidar.spec.rate + lidar.spec.latency
@@ -276,7 +208,7 @@ class Episodes:
     def _drive(self, simulation: Simulation, speeds: tuple[float, float, float]) -> None:
         """Command the robot after the delay, and simulate until the next action."""
         delay = round(self._drawn.delay / self.options.timestep)
-        end = simulation.steps + self.steps_per_action
+        end = simulation.steps + self.options.steps_per_action
         self._pending.append((simulation.steps + delay, speeds))
         while self._pending and self._pending[0][0] < end:
             due, (linear, angular, lateral) = self._pending.pop(0)
@@ -321,7 +253,7 @@ class Episodes:
 
     def _draw_scene(self, random: np.random.Generator) -> Scene:
         scene = self.task.scene(self._scene, random)
-        low, high = self._seeds
+        low, high = self.options.world_seeds
         scene = _with_world_seed(scene, int(random.integers(low, high + 1)))
         values = self._randomisation.draw_values(random)
         return scene.with_drawn(values) if values else scene
@@ -373,50 +305,3 @@ def _weights(task: Task, given: Mapping[str, float]) -> dict[str, float]:
         if not is_finite(weight):
             raise KbotError(f"the weight of '{name}' in rewards must be a finite number, not {weight!r}")
     return {name: float(given.get(name, term.weight)) for name, term in terms.items()}
-
-
-def _require_kinds(options: Options) -> None:
-    """Raises KbotError: an option is not of its type."""
-    if not isinstance(options.robot, str | os.PathLike | RobotModel):
-        raise KbotError(f"robot must be a file or the result of kbot.load, not {options.robot!r}")
-    if not isinstance(options.world, str | os.PathLike | World):
-        raise KbotError(f"world must be the name of a world, a file or a World, not {options.world!r}")
-    if not isinstance(options.reverse, bool | np.bool_):
-        raise KbotError(f"reverse must be True or False, not {options.reverse!r}")
-    is_count = isinstance(options.lidar, int | np.integer) and not isinstance(options.lidar, bool)
-    if options.lidar is not None and not is_count:
-        raise KbotError(f"lidar must be a whole number of directions, not {options.lidar!r}")
-    if not isinstance(options.properties, Mapping):
-        raise KbotError(f"properties must be a dict of values by name, not {options.properties!r}")
-    positive("reach in m", options.reach, LONGEST)
-
-
-def _folders(packages: object) -> tuple[str, ...]:
-    """The option `packages`, which may also be one folder. Raises KbotError: it is something else."""
-    listed = (packages,) if isinstance(packages, str | os.PathLike) else packages
-    if not isinstance(listed, Sequence) or not all(isinstance(each, str | os.PathLike) for each in listed):
-        raise KbotError(f"packages must be folders, not {packages!r}")
-    return tuple(os.fspath(each) for each in listed)
-
-
-def _require_seeds(options: Options) -> tuple[int, int]:
-    seeds = options.world_seeds
-    low, high = require_range("world_seeds", seeds, 0, _MOST_SEEDS)
-    if low != int(low) or high != int(high):
-        raise KbotError(f"world_seeds must be two whole numbers, not {seeds!r}")
-    has_seed = isinstance(options.world, str) and SEED in options.world
-    if seeds != Options.world_seeds and not has_seed:
-        raise KbotError(f"world_seeds has no effect: write {SEED} in world, as in 'rooms:seed={SEED}'")
-    return int(low), int(high)
-
-
-def _require_rate(rate: float, timestep: float) -> int:
-    """Steps of physics for each action. Raises KbotError: the rate is not valid."""
-    if not (is_finite(rate) and 0.0 < rate <= 1.0 / timestep):
-        raise KbotError(f"rate must be above 0 and at most {1.0 / timestep:g} Hz, not {rate!r}")
-    steps = round(1.0 / (rate * timestep))
-    if abs(steps * rate * timestep - 1.0) > 1e-6:
-        raise KbotError(
-            f"a period of 1/{rate:g} s is not a whole number of time steps of {timestep:g} s: change rate"
-        )
-    return steps

@@ -16,6 +16,6 @@ def register() -> None:
             register_environment(
                 name,
                 entry_point="kbot.learn.environments.environment:KbotEnv",
-                vector_entry_point="kbot.learn.environments.vector_environment:KbotVectorEnv",
+                vector_entry_point="kbot.learn.environments.vector.vector_environment:KbotVectorEnv",
                 kwargs={"task": task},
             )

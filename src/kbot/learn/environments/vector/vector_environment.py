@@ -15,8 +15,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from kbot.learn.environments.environment import spaces
-from kbot.learn.environments.group import Batch, Info
-from kbot.learn.environments.group_process import GroupProcess, LocalGroup
+from kbot.learn.environments.vector.group import Batch, Info
+from kbot.learn.environments.vector.group_process import GroupProcess, LocalGroup
 from kbot.learn.interface.policy_interface import PolicyInterface, Vector
 from kbot.text import KbotError
 from kbot.worker.cores import available_cores

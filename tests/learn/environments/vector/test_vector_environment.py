@@ -11,7 +11,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import kbot
-from kbot.learn.environments.group_process import GroupProcess
+from kbot.learn.environments.vector.group_process import GroupProcess
 
 GOAL = "kbot/Goal-v0"
 COUNT = 3

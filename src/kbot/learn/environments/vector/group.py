@@ -9,8 +9,8 @@ import numpy as np
 from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
+from kbot.learn.environments.episode_picture import Picture
 from kbot.learn.environments.episodes import Episodes, make_episodes
-from kbot.learn.environments.picture import Picture
 
 Info = dict[str, Any]  # values of many types
 NEXT_STEP, SAME_STEP = "NextStep", "SameStep"

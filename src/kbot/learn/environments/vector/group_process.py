@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 from weakref import finalize
 
-from kbot.learn.environments.group import Group
+from kbot.learn.environments.vector.group import Group
 from kbot.learn.interface.policy_interface import PolicyInterface
 from kbot.text import KbotError
 from kbot.worker.process import end, portable, start, take_pipes

@@ -1,0 +1,1 @@
+"""The vector environment: many robots at once, in several processes."""
