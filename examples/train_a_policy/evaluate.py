@@ -65,9 +65,11 @@ def main() -> None:
         runs = [run(environment, drive, seed) for seed in range(given.episodes)]
         count = Counter(outcome for outcome, _, _ in runs)
         arrived = [(time, way) for outcome, time, way in runs if outcome == "arrived"]
-        speed = sum(way for _, way in arrived) / sum(time for time, _ in arrived)
+        speed = (
+            f"{sum(way for _, way in arrived) / sum(time for time, _ in arrived):.2f} m/s" if arrived else "-"
+        )
         shares = [f"{count[each] / len(runs):.0%}" for each in ("arrived", "collided", "time limit")]
-        print(f"| {name} | {' | '.join(shares)} | {speed:.2f} m/s |", flush=True)
+        print(f"| {name} | {' | '.join(shares)} | {speed} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -203,6 +203,13 @@ def test_the_trained_policy_arrives_where_a_straight_line_does_not() -> None:
     assert late >= 30
 
 
+def test_a_driver_that_never_arrives_has_no_speed() -> None:
+    folder = EXAMPLES / "train_a_policy"
+    words = [sys.executable, "evaluate.py", "policy.onnx", "--episodes", "1"]
+    printed = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=True).stdout
+    assert "| straight line | 0% | 0% | 100% | - |" in printed
+
+
 def test_the_trained_policy_needs_no_training_environment() -> None:
     """It drives through two doors in rooms of another layout, as `kbot sim --policy` does."""
     sim = kbot.Simulation(kbot.load("kbot", lidar=True), world="rooms")

@@ -60,6 +60,12 @@ def test_passes_the_checker_of_gymnasium(options):
     check_env(make(**options), skip_render_check=True)
 
 
+def test_passes_the_checker_of_gymnasium_with_pictures(monkeypatch):
+    monkeypatch.setattr("kbot.workbench.live_page.can_open_browser", lambda: False)
+    environment = gymnasium.make(GOAL, world="rooms", render_mode="rgb_array", disable_env_checker=True)
+    check_env(environment.unwrapped)
+
+
 @pytest.mark.parametrize("imports", ["kbot, gymnasium", "gymnasium, kbot"])
 def test_is_registered_in_any_order_of_imports(imports):
     code = f"import {imports}; gymnasium.spec('{GOAL}')"
@@ -71,6 +77,11 @@ def test_is_registered_after_a_search_for_gymnasium():
     search = "import kbot, importlib.util as u; [u.find_spec('gymnasium') for _ in range(2)]"
     code = f"{search}; import gymnasium; gymnasium.spec('{GOAL}')"
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True)
+
+
+def test_gymnasium_imports_kbot_for_an_environment():
+    code = f"import gymnasium; gymnasium.make('kbot:{GOAL}').reset(seed=1)"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_import_does_not_import_gymnasium():

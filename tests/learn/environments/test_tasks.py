@@ -132,6 +132,11 @@ def test_a_folder_of_another_type_is_refused(folder, part):
         make(BARN, folder=folder)
 
 
+@pytest.mark.parametrize("options", [{}, {"properties": {"lidar": True}}])
+def test_barn_passes_the_checker_of_gymnasium(options, small_barn):
+    check_env(make(BARN, folder=small_barn, robot="kbot", **options), skip_render_check=True)
+
+
 def test_another_robot_drives_in_a_world_of_the_challenge(small_barn):
     environment = make(BARN, folder=small_barn, robot="kbot", time_limit=0.5)
     _, info = environment.reset(seed=1)

@@ -39,7 +39,8 @@ class Options:
     lidar        number of directions in which the policy sees obstacles; by default 36 for a robot that
                  declares a level lidar, and 0 for others
     reach        m; the furthest obstacle that the policy sees
-    max_speed    m/s and rad/s; by default the limits that the robot declares
+    max_speed    highest forward speed in m/s and turning speed in rad/s; by default the limits that the robot
+                 declares
     reverse      whether the policy can drive backwards
     rate         actions per second
     time_limit   s after which an episode is truncated

@@ -31,8 +31,8 @@ from kbot.learn.interface.targets import GoalTarget
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 
-_BEGUN = 0.1
-"""m. The challenge's clock starts when the robot has moved so far."""
+CLOCK_STARTS_AFTER = 0.1
+"""m. The challenge's clock starts when the robot has moved this far."""
 
 
 @dataclass(kw_only=True)
@@ -103,7 +103,7 @@ class BarnTask(Task):
         way = require_started(self._way)
         if self._begun is not None:
             self._begun += seconds
-        elif hypot(pose.x - START.x, pose.y - START.y) > _BEGUN:
+        elif hypot(pose.x - START.x, pose.y - START.y) > CLOCK_STARTS_AFTER:
             self._begun = 0.0
         progress = way.advance(pose)
         return {"progress": progress}, ARRIVED if way.straight <= self.arrive else ""

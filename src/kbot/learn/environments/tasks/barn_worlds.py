@@ -21,13 +21,15 @@ from kbot.world import World
 from kbot.world.builders import cylinder, floor
 
 START, GOAL = PlanarPose(-2.25, 3.0, pi / 2.0), PlanarPose(-2.25, 13.0)
+"""Poses (m, rad) in the world's frame. The goal has no heading."""
 MAX_SPEED = 2.0, 4.0
-"""m/s and rad/s."""
+"""Highest forward speed in m/s, and turning speed in rad/s."""
 ARRIVE, TIME_LIMIT = 1.0, 100.0
 """m and s."""
 RADIUS, HEIGHT, SPACING = 0.075, 1.0, 0.15
+"""m. Radius and height of the cylinders, and distance between neighbours in a row and between rows."""
 LEFT, LOW = -4.425, 0.075
-"""m. The place of the first cylinder of the first row."""
+"""m. The place (x, y) of the first cylinder of the first row in the world's frame."""
 ROBOT = "jackal_description"
 """The folder of the challenge's robot."""
 
