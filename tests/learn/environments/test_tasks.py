@@ -1,7 +1,9 @@
 """The tasks besides driving to a goal: following a path, and the BARN challenge."""
 
 import itertools
+import json
 import math
+import os
 
 import gymnasium
 import numpy as np
@@ -171,10 +173,37 @@ def test_wrong_folders_are_refused(options, part, small_barn):
         make(BARN, robot="kbot", **options)
 
 
-def test_file_of_another_format_is_refused(tmp_path):
-    (tmp_path / "worlds.json").write_text('{"1": {"rows": 3}}')
-    with pytest.raises(kbot.KbotError, match="does not hold worlds of BARN"):
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("[]", "not an object"),
+        ("{", "Expecting property name"),
+        ("[" * 200_000, "nested too deeply"),
+        ('{"1": 3}', "the rows of world 1"),
+        ('{"1": {"rows": 3}}', "the rows of world 1"),
+        ('{"1": {"rows": ["#", 3], "path": [[0, 0]]}}', "the rows of world 1"),
+        (json.dumps({"1": {"rows": ["#" * 2000] * 2000, "path": [[0, 0]]}}), "the rows of world 1"),
+        ('{"1": {"rows": ["#"]}}', "the path of world 1"),
+        ('{"1": {"rows": ["#"], "path": []}}', "the path of world 1"),
+        ('{"1": {"rows": ["#"], "path": [[0, 1, 2]]}}', "the path of world 1"),
+        ('{"1": {"rows": ["#"], "path": [["0", 1]]}}', "the path of world 1"),
+        ('{"1": {"rows": ["#"], "path": [[NaN, 1]]}}', "the path of world 1"),
+        ('{"1": {"rows": ["#"], "path": [[0, 1' + "0" * 400 + "]]}}", "the path of world 1"),
+    ],
+)
+def test_file_of_another_format_is_refused(tmp_path, text, reason):
+    (tmp_path / "worlds.json").write_text(text)
+    with pytest.raises(kbot.KbotError, match=f"does not hold worlds of BARN: .*{reason}"):
         make(BARN, robot="kbot", folder=tmp_path)
+
+
+def test_worlds_are_read_again_when_their_file_changes(small_barn):
+    before = read_barn_worlds(small_barn)
+    assert read_barn_worlds(small_barn)["7"] is before["7"]
+    file = small_barn / "worlds.json"
+    file.write_text(file.read_text().replace('"7"', '"8"'))
+    os.utime(file, ns=(0, 0))
+    assert list(read_barn_worlds(small_barn)) == ["8"]
 
 
 def test_the_challenges_robot_drives_in_its_worlds(shared):
