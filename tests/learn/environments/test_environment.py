@@ -297,7 +297,7 @@ def test_pictures_show_the_robot_and_its_goal():
         ({"time_limit": -1.0}, "time_limit"),
         ({"pose": "gps"}, "ground_truth"),
         ({"distance": 3.0}, "distance must be two numbers"),
-        ({"robot": 5}, "robot must be a file"),
+        ({"robot": 5}, "robot must be one file or one result of kbot.load, not 5"),
         ({"world": None}, "world must be the name of a world"),
         ({"reverse": "maybe"}, "reverse must be True or False"),
         ({"lidar": 1.5}, "lidar must be a whole number"),
@@ -329,6 +329,13 @@ def test_wrong_options_are_refused(options, part):
     with pytest.raises(kbot.KbotError) as caught:
         KbotEnv("goal", **options)
     assert part in str(caught.value)
+
+
+def test_a_robot_in_an_error_is_short():
+    with pytest.raises(kbot.KbotError) as caught:
+        KbotEnv("goal", robot=[kbot.load("kbot"), kbot.load("kbot")])
+    assert str(caught.value).startswith("robot must be one file or one result of kbot.load, not [")
+    assert len(str(caught.value)) < 200
 
 
 def test_a_copy_has_the_options_and_its_own_episode():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -45,7 +46,8 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         """
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise KbotError(
-                f"render_mode must be one of {', '.join(RENDER_MODES)} or None, not {render_mode!r}"
+                f"render_mode must be one of {', '.join(RENDER_MODES)} or None, "
+                f"not {reprlib.repr(render_mode)}"
             )
         self._make = partial(type(self), task, render_mode, **options)
         self.render_mode = render_mode

@@ -303,5 +303,7 @@ def _weights(task: Task, given: Mapping[str, float]) -> dict[str, float]:
         if name not in terms:
             raise KbotError(f"unknown term '{name}' in rewards: {suggest_or_list(str(name), terms)}")
         if not is_finite(weight):
-            raise KbotError(f"the weight of '{name}' in rewards must be a finite number, not {weight!r}")
+            raise KbotError(
+                f"the weight of '{name}' in rewards must be a finite number, not {reprlib.repr(weight)}"
+            )
     return {name: float(given.get(name, term.weight)) for name, term in terms.items()}

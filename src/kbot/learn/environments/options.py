@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TypeVar
@@ -96,23 +97,29 @@ def read_options(kind: type[T], given: Mapping[str, object], others: tuple[type,
 def _require_kinds(options: Options) -> None:
     """Raises KbotError: an option is not of its type."""
     if not isinstance(options.robot, str | os.PathLike | RobotModel):
-        raise KbotError(f"robot must be a file or the result of kbot.load, not {options.robot!r}")
+        raise KbotError(
+            f"robot must be one file or one result of kbot.load, not {reprlib.repr(options.robot)}"
+        )
     if not isinstance(options.world, str | os.PathLike | World):
-        raise KbotError(f"world must be the name of a world, a file or a World, not {options.world!r}")
+        raise KbotError(
+            f"world must be the name of a world, a file or a World, not {reprlib.repr(options.world)}"
+        )
     if not isinstance(options.reverse, bool | np.bool_):
-        raise KbotError(f"reverse must be True or False, not {options.reverse!r}")
+        raise KbotError(f"reverse must be True or False, not {reprlib.repr(options.reverse)}")
     is_count = isinstance(options.lidar, int | np.integer) and not isinstance(options.lidar, bool)
     if options.lidar is not None and not is_count:
-        raise KbotError(f"lidar must be a whole number of directions, not {options.lidar!r}")
+        raise KbotError(f"lidar must be a whole number of directions, not {reprlib.repr(options.lidar)}")
     if not isinstance(options.properties, Mapping):
-        raise KbotError(f"properties must be a dict of values by name, not {options.properties!r}")
+        raise KbotError(
+            f"properties must be a dict of values by name, not {reprlib.repr(options.properties)}"
+        )
 
 
 def _folders(packages: object) -> tuple[str, ...]:
     """The option `packages`, which may also be one folder. Raises KbotError: it is something else."""
     listed = (packages,) if isinstance(packages, str | os.PathLike) else packages
     if not isinstance(listed, Sequence) or not all(isinstance(each, str | os.PathLike) for each in listed):
-        raise KbotError(f"packages must be folders, not {packages!r}")
+        raise KbotError(f"packages must be folders, not {reprlib.repr(packages)}")
     return tuple(os.fspath(each) for each in listed)
 
 
@@ -120,7 +127,7 @@ def _require_seeds(options: Options) -> tuple[int, int]:
     seeds = options.world_seeds
     low, high = require_range("world_seeds", seeds, 0, MOST_SEEDS)
     if low != int(low) or high != int(high):
-        raise KbotError(f"world_seeds must be two whole numbers, not {seeds!r}")
+        raise KbotError(f"world_seeds must be two whole numbers, not {reprlib.repr(seeds)}")
     has_seed = isinstance(options.world, str) and SEED in options.world
     if seeds != Options.world_seeds and not has_seed:
         raise KbotError(f"world_seeds has no effect: write {SEED} in world, as in 'rooms:seed={SEED}'")
@@ -130,7 +137,7 @@ def _require_seeds(options: Options) -> tuple[int, int]:
 def _require_rate(rate: float, timestep: float) -> int:
     """Steps of physics for each action. Raises KbotError: the rate is not valid."""
     if not (is_finite(rate) and 0.0 < rate <= 1.0 / timestep):
-        raise KbotError(f"rate must be above 0 and at most {1.0 / timestep:g} Hz, not {rate!r}")
+        raise KbotError(f"rate must be above 0 and at most {1.0 / timestep:g} Hz, not {reprlib.repr(rate)}")
     steps = round(1.0 / (rate * timestep))
     if abs(steps * rate * timestep - 1.0) > 1e-6:
         raise KbotError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import hypot
@@ -61,10 +62,10 @@ class BarnTask(Task):
         if not self.folder:
             raise KbotError("kbot/Barn-v0 needs the option folder: the folder with worlds.json")
         if not isinstance(self.folder, str | os.PathLike):
-            raise KbotError(f"folder must be the path of a folder, not {self.folder!r}")
+            raise KbotError(f"folder must be the path of a folder, not {reprlib.repr(self.folder)}")
         known = read_barn_worlds(os.fspath(self.folder))
         if isinstance(self.worlds, str) or not isinstance(self.worlds, Iterable | None):
-            raise KbotError(f"worlds must be a list of numbers, not {self.worlds!r}")
+            raise KbotError(f"worlds must be a list of numbers, not {reprlib.repr(self.worlds)}")
         names = list(known) if self.worlds is None else [str(number) for number in self.worlds]
         for name in names:
             if name not in known:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -51,7 +52,7 @@ class FollowTask(Task):
         self.arrive = require_length("arrive", self.arrive)
         self.offset = require_length("offset", self.offset)
         if isinstance(self.corners, bool) or not isinstance(self.corners, int | np.integer):
-            raise KbotError(f"corners must be a whole number, not {self.corners!r}")
+            raise KbotError(f"corners must be a whole number, not {reprlib.repr(self.corners)}")
         if not 1 <= self.corners <= _MOST_CORNERS:
             raise KbotError(f"corners must be from 1 to {_MOST_CORNERS}, not {self.corners}")
         if self.path is None:

@@ -5,6 +5,7 @@ Each of its environments is the same as a single one with its seed, bit for bit.
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from itertools import chain, pairwise
 from typing import Any
@@ -58,7 +59,8 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
         """
         if render_mode not in (None, "rgb_array"):
             raise KbotError(
-                f"render_mode of a vector environment must be 'rgb_array' or None, not {render_mode!r}"
+                "render_mode of a vector environment must be 'rgb_array' or None, "
+                f"not {reprlib.repr(render_mode)}"
             )
         self.render_mode = render_mode
         count = self.num_envs = _count("num_envs", num_envs)
@@ -67,7 +69,9 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
             self._mode = AutoresetMode(autoreset_mode)
         except ValueError:
             known = ", ".join(mode.value for mode in AutoresetMode)
-            raise KbotError(f"autoreset_mode must be one of {known}, not {autoreset_mode!r}") from None
+            raise KbotError(
+                f"autoreset_mode must be one of {known}, not {reprlib.repr(autoreset_mode)}"
+            ) from None
         most = None if max_episode_steps is None else _count("max_episode_steps", max_episode_steps)
         ends = np.linspace(0, count, min(wanted, count) + 1).round().astype(int).tolist()
         self._parts = [slice(start, end) for start, end in pairwise(ends)]
@@ -185,7 +189,9 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
         if mask is None:
             return np.ones(self.num_envs, dtype=np.bool_)
         if not (isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (self.num_envs,)):
-            raise KbotError(f"reset_mask must be an array of {self.num_envs} booleans, not {mask!r}")
+            raise KbotError(
+                f"reset_mask must be an array of {self.num_envs} booleans, not {reprlib.repr(mask)}"
+            )
         if not self._is_ready and not mask.all():
             raise KbotError("reset all environments before some of them")
         chosen: Flags = mask
@@ -213,5 +219,5 @@ class KbotVectorEnv(VectorEnv[Vector, Vector, Any]):
 
 def _count(name: str, value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 1 <= value <= _MOST:
-        raise KbotError(f"{name} must be a whole number from 1 to {_MOST}, not {value!r}")
+        raise KbotError(f"{name} must be a whole number from 1 to {_MOST}, not {reprlib.repr(value)}")
     return int(value)
