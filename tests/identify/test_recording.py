@@ -245,3 +245,29 @@ def test_a_recording_without_noise_is_compared_with_simulated_runs(tmp_path):
     assert found.residual.outliers > 0.3 * found.residual.intervals
     assert not found.is_disturbed.any()
     assert agreement(log, nominal, found.is_disturbed).drives >= 3
+
+
+def test_odometry_of_the_wheels_is_refused_as_a_reference(tmp_path):
+    path = written(tmp_path / "run.mcap", *rolling(TIMES), *moving(TIMES, "odom"))
+    with pytest.raises(KbotError) as caught:
+        read_recording(path, NOMINAL, "/pose")
+    assert str(caught.value) == (
+        f"{path}: /pose in the frame odom is computed from the wheels and cannot show their size"
+    )
+
+
+def test_another_sensor_than_that_of_the_reference_is_refused(recorded):
+    with pytest.raises(KbotError) as caught:
+        read_recording(recorded, NOMINAL, None, "lidar_link")
+    assert str(caught.value) == (
+        f"{recorded}: /kbot/poses has the pose of base_footprint, not of lidar_link. "
+        "For the lidar use --reference /scan"
+    )
+    assert read_recording(recorded, NOMINAL, "/scan", "lidar_link")[1] == "lidar_link"
+
+
+def test_poses_without_the_name_of_a_link_are_those_of_the_named_sensor(tmp_path):
+    unnamed = [(*pose, "") for pose in moving(TIMES)]
+    path = written(tmp_path / "run.mcap", *rolling(TIMES), *unnamed)
+    assert read_recording(path, NOMINAL, None)[1] == NOMINAL.drive.base
+    assert read_recording(path, NOMINAL, None, "base_link")[1] == "base_link"

@@ -125,8 +125,8 @@ def _identify(request: _Request) -> tuple[DriveLog, Nominal, Identification]:
 
     nominal = request.nominal()
     if is_recording(request.log):
-        log, link = read_recording(request.log, nominal, request.reference)
-        nominal = nominal.with_sensor(request.sensor or link)
+        log, link = read_recording(request.log, nominal, request.reference, request.sensor)
+        nominal = nominal.with_sensor(link)
     else:
         if request.reference is not None:
             fail(f"--reference is a topic of a recording, and {request.log} is not one. Remove --reference")

@@ -326,4 +326,4 @@ def _is_close(text: str, value: float | None) -> bool:
 
 
 def _rounded(estimate: Estimate) -> float:
-    return round(estimate.value, estimate.decimals)
+    return round(estimate.value, estimate.decimals) + 0.0  # without the sign of a zero

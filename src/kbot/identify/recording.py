@@ -38,7 +38,9 @@ POSES = (
 )
 TRANSFORMS = ("tf2_msgs/TFMessage", "tf/tfMessage")
 _FIXED_FRAMES = ("map", "world", "earth")
-"""Frames in which a pose is a reference. A pose in `odom` comes from the wheels."""
+"""Frames in which a pose is a reference."""
+_ODOMETRY_FRAME = "odom"
+"""Frame of poses that are computed from the wheels (REP 105, Coordinate Frames for Mobile Platforms)."""
 _GOALS = ("goal", "initialpose", "target")
 """Parts of the names of topics whose poses are not those of the robot."""
 _PERIOD = 0.1
@@ -116,30 +118,43 @@ class _Contents:
 
 @dataclass(frozen=True, slots=True)
 class _Reference:
-    """Times (n,) in s, poses (n, 3) of a link, and whether a pose begins in another fixed frame (n,)."""
+    """Times (n,) in s, poses (n, 3) of a link, and whether a pose begins in another fixed frame (n,).
+
+    `is_named` is whether the recording itself names the link, so that no other can be meant.
+    """
 
     topic: str
     link: str
     times: Array
     poses: Array
     is_first: NDArray[np.bool_]
+    is_named: bool
 
 
-def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[DriveLog, str]:
+def read_recording(
+    path: str, nominal: Nominal, reference: str | None, sensor: str | None = None
+) -> tuple[DriveLog, str]:
     """Read a log, and the link whose motion its reference measures.
 
-    `reference` is a topic, or None to choose one. Times are those of the stamps. Commands have no stamp, and
+    `reference` is a topic, or None to choose one. `sensor` is the link that the user names as the sensor, or
+    None for that of the reference. Times are those of the stamps. Commands have no stamp, and
     a localisation stamps its correction with a time in the future: both have their time of recording, less
     the median time between stamp and recording of the joint states.
 
     Raises:
-        KbotError: the recording cannot be read, or lacks joint states or a reference.
+        KbotError: the recording cannot be read, lacks joint states or a reference, or its reference is the
+            pose of another link than `sensor`.
     """
     contents = _read(path, nominal)
     if not contents.topics:
         raise KbotError(f"{path} has no messages")
     joint_topics, wheel_times, angles = _wheels(path, nominal, contents)
     found = _reference(path, nominal, contents, reference, (wheel_times, angles))
+    if found.is_named and sensor not in (None, found.link):
+        scans = next(
+            (f"For the lidar use --reference {topic}" for topic in contents.scans), "Remove --sensor"
+        )
+        raise KbotError(f"{path}: {found.topic} has the pose of {found.link}, not of {sensor}. {scans}")
     is_inside = (found.times >= wheel_times[0]) & (found.times <= wheel_times[-1])
     times = found.times[is_inside]
     if len(times) < _FEWEST:
@@ -167,7 +182,7 @@ def read_recording(path: str, nominal: Nominal, reference: str | None) -> tuple[
         new_frames=at[found.is_first[is_inside]].tolist(),
         sources={name: topic for name, topic in zip(SOURCES, topics, strict=True) if topic},
     )
-    return log, found.link
+    return log, sensor or found.link
 
 
 def _read(path: str, nominal: Nominal) -> _Contents:
@@ -343,7 +358,7 @@ def _reference(
     if wanted is not None and wanted not in contents.topics:
         hint = suggest_or_list(wanted, contents.topics)
         raise KbotError(f"{path} has no topic {wanted}: {hint}")
-    candidates: list[tuple[str, _Series, str]] = []
+    candidates: list[tuple[str, _Series, str]] = []  # the link is empty if the recording does not name it
     for (parent, child), series in contents.transforms.items():
         if f"{POSES_TOPIC} {child}" in contents.frames and child in robot.links and parent == "world":
             candidates.append((POSES_TOPIC, series, child))
@@ -353,18 +368,25 @@ def _reference(
     for topic, series in contents.poses.items():
         frame, child = contents.frames[topic]
         is_fixed = frame.rpartition("/")[2] in _FIXED_FRAMES or "truth" in topic
+        if topic == wanted and not is_fixed and frame.rpartition("/")[2] == _ODOMETRY_FRAME:
+            raise KbotError(
+                f"{path}: {topic} in the frame {frame} is computed from the wheels and cannot show their size"
+            )
         if is_fixed or topic == wanted:
-            candidates.append((topic, series, child or nominal.drive.base))
+            candidates.append((topic, series, child))
     for topic, series, link in candidates:
         if wanted in (None, topic) and len(series) >= _FEWEST:
-            if link not in robot.links:
+            is_named = link in robot.links
+            if link and not is_named:
                 note(
                     f"{path}: {topic} has poses of '{link}', which is not a link of the robot. They are "
                     f"taken as those of '{nominal.drive.base}'. Name another link with --sensor"
                 )
-                link = nominal.drive.base
             times, poses = _thinned(*series.arrays(path, topic))
-            return _Reference(topic, link, times, poses, np.zeros(len(times), dtype=bool))
+            none_first = np.zeros(len(times), dtype=bool)
+            return _Reference(
+                topic, link if is_named else nominal.drive.base, times, poses, none_first, is_named
+            )
     for topic, scans in contents.scans.items():
         if wanted in (None, topic):
             frame = contents.scan_frames[topic].lstrip("/")
@@ -375,7 +397,7 @@ def _reference(
                     "lidar's link with --sensor"
                 )
             matched = matched_poses(path, topic, scans, wheels, nominal.with_sensor(lidar))
-            return _Reference(topic, lidar, *matched)
+            return _Reference(topic, lidar, *matched, frame in robot.links)
     if wanted is not None:
         raise KbotError(f"{path}: {wanted} is not a reference: it has neither poses nor scans of a lidar")
     raise KbotError(

@@ -48,10 +48,10 @@ class Estimate:
 
     def to_json(self) -> dict[str, Any]:
         return {
-            "value": self.value,
+            "value": self.value + 0.0,  # without the sign of a zero
             "unit": self.unit,
-            "low": self.low,
-            "high": self.high,
+            "low": self.low + 0.0,
+            "high": self.high + 0.0,
             "nominal": self.nominal,
         }
 
