@@ -79,7 +79,11 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         return self.interface.bounded(numbers), info
 
     def step(self, action: ArrayLike) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
-        """Drive for one action. Raises KbotError: the action cannot be commanded, or the episode is over."""
+        """Drive for one action.
+
+        Raises:
+            KbotError: the action cannot be commanded, or the episode is over.
+        """
         step = self._episodes.step(self.interface.limited(action))
         return self.interface.bounded(step.seen), *step[1:]
 

@@ -157,8 +157,11 @@ class Episodes:
         return self._last_seen, {"start": place, **start.facts}
 
     def step(self, given: list[float]) -> Step:
-        """Drive for one action, which `PolicyInterface.limited` returned. Raises KbotError: the episode is
-        over."""
+        """Drive for one action, which `PolicyInterface.limited` returned.
+
+        Raises:
+            KbotError: the episode is over.
+        """
         if self._is_over:
             raise KbotError("the episode is over: call reset first")
         speeds = self.interface.speeds_of(given)
@@ -295,7 +298,11 @@ def _with_world_seed(scene: Scene, seed: int) -> Scene:
 
 
 def _weights(task: Task, given: Mapping[str, float]) -> dict[str, float]:
-    """The weight of each term of the reward. Raises KbotError: a term is unknown, or a weight not finite."""
+    """The weight of each term of the reward.
+
+    Raises:
+        KbotError: a term is unknown, or a weight not finite.
+    """
     terms: dict[str, Reward] = {**task.rewards, **COMMON_REWARDS}
     if not isinstance(given, Mapping):
         raise KbotError(f"rewards must be a dict of weights by name, not {reprlib.repr(given)}")

@@ -42,7 +42,11 @@ def require_farther(distance: tuple[float, float], arrive: float) -> None:
 
 
 def require_length(name: str, value: object) -> float:
-    """A length in m above 0. Raises KbotError: the option is something else."""
+    """A length in m above 0.
+
+    Raises:
+        KbotError: the option is something else.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float | np.number):
         raise KbotError(f"{name} must be a length in m, not {reprlib.repr(value)}")
     if not 0.0 < value <= LONGEST:

@@ -116,7 +116,11 @@ def _require_kinds(options: Options) -> None:
 
 
 def _folders(packages: object) -> tuple[str, ...]:
-    """The option `packages`, which may also be one folder. Raises KbotError: it is something else."""
+    """The option `packages`, which may also be one folder.
+
+    Raises:
+        KbotError: it is something else.
+    """
     listed = (packages,) if isinstance(packages, str | os.PathLike) else packages
     if not isinstance(listed, Sequence) or not all(isinstance(each, str | os.PathLike) for each in listed):
         raise KbotError(f"packages must be folders, not {reprlib.repr(packages)}")
@@ -135,7 +139,11 @@ def _require_seeds(options: Options) -> tuple[int, int]:
 
 
 def _require_rate(rate: float, timestep: float) -> int:
-    """Steps of physics for each action. Raises KbotError: the rate is not valid."""
+    """Steps of physics for each action.
+
+    Raises:
+        KbotError: the rate is not valid.
+    """
     if not (is_finite(rate) and 0.0 < rate <= 1.0 / timestep):
         raise KbotError(f"rate must be above 0 and at most {1.0 / timestep:g} Hz, not {reprlib.repr(rate)}")
     steps = round(1.0 / (rate * timestep))

@@ -48,7 +48,11 @@ class Noise(Generic[T]):
 
 
 def read_noise(given: object) -> Noise[Range]:
-    """The ranges of the option `noise`. Raises KbotError: it does not map names to ranges or numbers."""
+    """The ranges of the option `noise`.
+
+    Raises:
+        KbotError: it does not map names to ranges or numbers.
+    """
     names = [each.name for each in fields(Noise)]
     values = _mapping("noise", given)
     _require_known("noise", values, names)

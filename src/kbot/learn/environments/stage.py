@@ -57,7 +57,12 @@ class Library:
         self._places: RecentlyUsed[Places] = RecentlyUsed()
 
     def robot(self, scene: Scene) -> RobotModel:
-        """The robot of a scene. Raises DescriptionError or KbotError as `kbot.load` does."""
+        """The robot of a scene.
+
+        Raises:
+            DescriptionError: as `kbot.load`.
+            KbotError: as `kbot.load`.
+        """
         if scene.is_drawn:
             return _load(scene)
         if self._robot is None:

@@ -58,7 +58,11 @@ class Start:
 
 
 def require_started(value: T | None) -> T:
-    """A value that the start of an episode sets. Raises KbotError: no episode has started."""
+    """A value that the start of an episode sets.
+
+    Raises:
+        KbotError: no episode has started.
+    """
     if value is None:
         raise KbotError("the episode has not started: call reset first")
     return value

@@ -97,7 +97,11 @@ class Group:
         return Batch(self._seen, rewards, terminated, truncated, infos)
 
     def render(self) -> list[NDArray[np.uint8]]:
-        """A picture (height, width, 3) of each environment. Raises KbotError: OpenGL is not available."""
+        """A picture (height, width, 3) of each environment.
+
+        Raises:
+            KbotError: OpenGL is not available.
+        """
         for index, episodes in enumerate(self.episodes):
             simulation = episodes.stage.simulation
             if index not in self._pictures or self._pictures[index].simulation is not simulation:
