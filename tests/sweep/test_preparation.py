@@ -12,6 +12,7 @@ from kbot.sweep.plan import Plan
 from kbot.sweep.preparation import Request, prepare
 from kbot.sweep.results import Design
 from kbot.text import KbotError
+from kbot.text.notes import notes_sent_to
 from kbot.trials.pool import Pool
 
 XACRO = "http://www.ros.org/wiki/xacro"
@@ -140,3 +141,24 @@ def test_the_libraries_that_choose_the_designs_are_recorded(method: Method, expe
             runs=2,
         )
         assert set(prepare(request, pool).versions) - {"kbot", "mujoco-core"} == expected
+
+
+def test_a_name_with_two_meanings_is_noted() -> None:
+    write_robot(
+        '<xacro:arg name="mass" default="1"/><xacro:property name="mass" value="2"/>'
+        '<xacro:arg name="size" default="0.1"/><xacro:property name="size" value="$(arg size)"/>'
+        '<xacro:property name="seed" value="7"/>'
+        '<xacro:arg name="world" default="flat"/>',
+        size="${size}",
+        mass="${mass}",
+    )
+    notes: list[str] = []
+    with notes_sent_to(notes.append):
+        plan("mass=1.0,2.0", "size=0.1,0.2", "seed=1,2", "world=empty,rooms")
+    assert notes == [
+        "--set mass=1.0,2.0 varies the argument 'mass'. The property of the same name is 2 in all designs",
+        "--set seed=1,2 varies the seed of the simulation, not the robot's property 'seed'. "
+        "To vary that one, give it another name",
+        "--set world=empty,rooms varies the world of the simulation, not the robot's argument 'world'. "
+        "To vary that one, give it another name",
+    ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,6 +29,7 @@ from kbot.worker import WorkerLimits
 from kbot.world import built_in, parameters
 from kbot.xacro import Packages, expand
 from kbot.xacro.assignments import resolve_names
+from kbot.xacro.result import Expansion
 
 A = TypeVar("A")
 T = TypeVar("T")
@@ -95,6 +96,8 @@ def prepare(request: Request, pool: Pool) -> Plan:
     _require_worlds(request, space, tasks)
     _require_goals([each.name for each in objectives], tasks)
     found = _call(pool, _read, _ReadRequest(robot, space, tuple(tasks)), request.robot)
+    for text in found.notes:
+        note(text)
     space = Space(
         tuple(
             replace(each, target=Target.PROPERTY) if each.name in found.varied_properties else each
@@ -260,11 +263,13 @@ class _ReadResult:
     robot              with the arguments and properties that do not vary
     varied_properties  the names of dimensions that are top-level properties
     files              the files of the scenarios
+    notes              one line for each name that has two meanings
     """
 
     robot: RobotSource
     varied_properties: frozenset[str]
     files: frozenset[str]
+    notes: tuple[str, ...]
 
 
 def _call(pool: Pool, work: Callable[[A], T], item: A, name: str) -> T:
@@ -300,7 +305,31 @@ def _read(reading: _ReadRequest) -> _ReadResult:
         arguments={name: value for name, value in fixed.items() if name not in properties},
         properties={name: value for name, value in fixed.items() if name in properties},
     )
-    return _ReadResult(robot, frozenset(properties) & frozenset(first), frozenset(files))
+    notes = tuple(
+        _same_names(reading.space, expand(path, {**fixed, **first}, packages=packages, lenient=True))
+    )
+    return _ReadResult(robot, frozenset(properties) & frozenset(first), frozenset(files), notes)
+
+
+def _same_names(space: Space, found: Expansion) -> Iterator[str]:
+    """A note for each dimension whose name the robot also uses for something that does not vary."""
+    for each in space.dimensions:
+        binding = found.scope.values.get(each.name) if found.scope is not None else None
+        node = binding.node if binding is not None and binding.attribute == "value" else None
+        is_argument = each.name in found.declared
+        if each.target in (Target.WORLD, Target.SEED) and (is_argument or node is not None):
+            kind = "argument" if is_argument else "property"
+            yield (
+                f"--set {each} varies the {each.target} of the simulation, not the robot's {kind} "
+                f"'{each.name}'. To vary that one, give it another name"
+            )
+        elif each.target is Target.ARGUMENT and is_argument and node is not None:
+            value = node.attributes["value"]
+            if "$" not in value:  # else it may be computed from the argument
+                yield (
+                    f"--set {each} varies the argument '{each.name}'. The property of the same name is "
+                    f"{value} in all designs"
+                )
 
 
 def _require_key(scenario: Scenario, dimension: Dimension) -> None:
