@@ -38,16 +38,23 @@ def half_widths(derivatives: Array, residuals: Array, contrasts: Array, group: i
     cosines = int(np.clip(round(0.4 * count ** (2.0 / 3.0)), _FEWEST_COSINES, _MOST_COSINES))
     cosines = min(cosines, count)
     phase = np.pi * (np.arange(count) + 0.5) / count
-    waves = np.repeat(np.sqrt(2.0) * np.cos(np.outer(phase, np.arange(1, cosines + 1))), group, axis=0)
+    waves = np.sqrt(2.0) * np.cos(np.outer(phase, np.arange(1, cosines + 1)))
     widths = np.empty(len(contrasts))
     for index, contrast in enumerate(contrasts):
         influence = orthogonal @ np.linalg.solve(triangle.T, contrast)
-        weighted = waves * influence[:, None]
-        measured = float(((residuals @ weighted) ** 2).sum())
-        inside = orthogonal.T @ weighted
-        expected = weighted.T @ weighted - inside.T @ inside  # of `measured`, if the residuals were white
+        # the rows of one time have the same waves, so their sums need a fraction of the memory
+        measured = float(((_by_time(residuals * influence, group) @ waves) ** 2).sum())
+        inside = _by_time(orthogonal * influence[:, None], group).T @ waves
+        # of `measured`, if the residuals were white
+        expected = waves.T @ (waves * _by_time(influence**2, group)[:, None]) - inside.T @ inside
         total = float(np.trace(expected))
         freedom = max(total**2 / float((expected**2).sum()), 1.0)
         variance = float(influence @ influence) * measured / total
         widths[index] = student.ppf(0.5 + LEVEL / 2.0, freedom) * np.sqrt(variance)
     return widths
+
+
+def _by_time(values: Array, group: int) -> Array:
+    """The sums over the rows of each time."""
+    found: Array = values.reshape(-1, group, *values.shape[1:]).sum(axis=1)
+    return found

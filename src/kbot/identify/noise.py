@@ -95,8 +95,9 @@ class Sources:
             blocks[5] += square / np.maximum(travels[:, wheel, None, None], _SHORTEST)
         self._is_absent = model.is_absent
         present = ~self._is_absent
-        self._blocks = blocks * (present[:, :, None] * present[:, None, :])
-        self._beside = beside * (present[1:, :, None] * present[:-1, None, :])
+        blocks *= present[:, :, None] * present[:, None, :]
+        beside *= present[1:, :, None] * present[:-1, None, :]
+        self._blocks, self._beside = blocks, beside
 
     @cached_property
     def _bands(self) -> Array:
