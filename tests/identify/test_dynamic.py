@@ -127,3 +127,10 @@ def test_the_scale_of_the_gyro_is_not_biased_by_noise(tmp_path):
         values.append(estimate.value)
     assert np.mean(values) == pytest.approx(1.03, abs=0.005)
     assert hits / 20 > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 20)
+
+
+def test_commands_that_do_not_move_the_wheels_show_nothing(tmp_path):
+    rng = np.random.default_rng(3)
+    twists = commands(rng)
+    wheels = followed(wheel_commands(commands(rng)), 1.0, 0.1, 0.2)
+    assert response(log(tmp_path, twists, wheels), NOMINAL) == {}

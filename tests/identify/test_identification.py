@@ -158,7 +158,7 @@ def test_a_reference_of_translation_shows_everything(tmp_path, rng):
 def test_displacements_in_millimetres_and_degrees_are_reported(tmp_path, rng):
     table = rows(Truth(), speeds(Truth(), 200, rng), rng, slip=0.01, noise=(0.001, 0.001))
     table[:, 3:6] *= (1000.0, 1000.0, np.degrees(1.0))
-    with pytest.raises(KbotError, match=r"m apart, not the .* of the file\. It must be in m and rad"):
+    with pytest.raises(KbotError, match=r"a factor of 97\d\. This factor fits a reference in mm"):
         identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
 
 
@@ -240,3 +240,21 @@ def test_the_start_does_not_depend_on_the_description(tmp_path, rng):
     found = identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
     for name, value in dataclasses.asdict(truth).items():
         assert found.parameters[name].value == pytest.approx(value, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "expected"),
+    [
+        (slice(1, 3), 30.0 / np.pi, "a factor of 0.10.*fits wheel speeds in rpm"),
+        (slice(1, 3), 0.5 / np.pi, "fits wheel speeds in revolutions per second"),
+        (slice(3, 5), 1000.0, "fits a reference in mm"),
+        (slice(3, 5), 100.0, "fits a reference in cm"),
+        (slice(3, 5), 1.0 / 0.3048, "fits a reference in feet"),
+        (slice(5, 6), np.degrees(1.0), "are in degrees"),
+    ],
+)
+def test_other_units_are_named(tmp_path, rng, column, factor, expected):
+    table = rows(Truth(), speeds(Truth(), 200, rng), rng, slip=0.01, noise=(0.001, 0.001))
+    table[:, column] *= factor
+    with pytest.raises(KbotError, match=expected):
+        identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))

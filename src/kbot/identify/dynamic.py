@@ -30,6 +30,9 @@ _FEWEST = 20
 """Intervals with commands and wheel speeds."""
 _FEWEST_CHANGES = 3
 """Changes of the command, without which neither a delay nor a time constant is observable."""
+_LEAST_EXPLAINED = 0.5
+"""Share of the variance of the wheel speeds that the commands must explain: below it a model is not
+satisfactory (D. Moriasi and others, Model Evaluation Guidelines, Transactions of the ASABE 50(3), 2007)."""
 _OUTLIER = 5.0
 """Error of an interval that is left out, in robust standard deviations: a wheel that is blocked."""
 
@@ -58,8 +61,8 @@ def gyro_scale(log: DriveLog, motions: Motions, is_outlier: NDArray[np.bool_]) -
     lasted = _sums(durations, motions)
     turns = motions.displacements[:, 2]
     used = np.isfinite(turned) & np.isfinite(turns) & ~is_outlier
-    if used.sum() < _FEWEST:
-        return None
+    if used.sum() < _FEWEST or not np.ptp(log.gyro[np.isfinite(log.gyro)]):
+        return None  # a gyro that never changes does not measure
     instruments = np.column_stack([wheels, lasted])[used]
     columns = np.column_stack([turns, lasted])[used]
     measured = turned[used]
@@ -120,6 +123,11 @@ def response(log: DriveLog, nominal: Nominal) -> dict[str, Interval]:
         # the response differs from the model most where the command changes: only gross errors are left out
         kept = errors < np.maximum(_OUTLIER * spread, 0.3 * np.abs(measured).max())
     start = _fitted(model, measured, kept, start)
+    if model.changes >= _FEWEST_CHANGES:
+        left = (measured - start[0] * model.unit(start[1], start[2]))[kept]
+        about_mean = measured[kept] - measured[kept].mean(axis=0)
+        if (left**2).sum() > (1.0 - _LEAST_EXPLAINED) * (about_mean**2).sum():
+            return {}
     return _observable(model, measured, kept, start, float(np.median(durations[used])))
 
 

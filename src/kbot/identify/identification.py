@@ -28,8 +28,24 @@ from kbot.text import KbotError
 _WIDEST = 0.5
 """Half the width of the widest interval of a parameter that the log shows: relative to the wheel's radius, to
 the wheel separation (also for the sensor's position), or in rad."""
-_FACTOR = 20.0
-"""Ratio of wheel radii or separations of different robots: the reference or the units are wrong."""
+_FACTOR = 3.0
+"""Ratio to the description's radius or separation from which the log or the file is wrong. It is below the
+factor of each confusion of units, of which that of feet and metres is the smallest."""
+_RADIUS_FACTORS = {
+    "wheel speeds in degrees per second": np.pi / 180.0,
+    "wheel speeds in rpm": np.pi / 30.0,
+    "wheel speeds in revolutions per second": 2.0 * np.pi,
+    "a reference in mm": 1000.0,
+    "a reference in cm": 100.0,
+    "a reference in feet": 1.0 / 0.3048,
+    "times in ms": 1e-3,
+}
+"""Factors of the wheel radius if a log has other units than m, s and rad/s."""
+_SAME_FACTOR = 1.3
+"""Ratio up to which a factor fits a unit: radii in a file are wrong by less, and the factors of two units
+differ by more."""
+_ALIASED = 0.5
+"""Error of rotation in rad from which the turns are not explained: those of wrong units alias."""
 _INACCURATE = 0.1
 """Error in rad of a rotation from which the reference may be in degrees."""
 _NEGLIGIBLE = np.array([1e-4, 1e-4, 1e-3])
@@ -80,7 +96,7 @@ def _identify(log: DriveLog, nominal: Nominal) -> Identification:
     motions = all_motions.only(is_moving)
     found = fit(motions, nominal.start)
     _require_radians(log, found, nominal)
-    _require_plausible(log, found, nominal)
+    _require_plausible(log, motions, found, nominal)
     low, high = _bounds(found.parameters, found.half_widths)
     value = _natural(found.parameters)
     if not _is_observable(low, high, nominal)[CURVATURE]:
@@ -187,7 +203,7 @@ def _require_radians(log: DriveLog, found: KinematicFit, nominal: Nominal) -> No
     motions = motions.only(motions.is_moving)
     try:
         other = fit(motions, nominal.start)
-        _require_plausible(log, other, nominal)
+        _require_plausible(log, motions, other, nominal)
     except (KbotError, np.linalg.LinAlgError):
         return
     predicted = (motions.displacements - other.errors)[~other.is_outlier]
@@ -201,7 +217,18 @@ def _require_radians(log: DriveLog, found: KinematicFit, nominal: Nominal) -> No
         raise KbotError(f"{log.path}: the rotations of the reference are in degrees. They must be in rad")
 
 
-def _require_plausible(log: DriveLog, found: KinematicFit, nominal: Nominal) -> None:
+def _rough_radius(motions: Motions) -> float:
+    """The mean wheel radius from the drives along a line, without rotations. NaN if there are none."""
+    sums = np.vstack([np.zeros(2), np.cumsum(motions.wheel_angles, axis=0)])
+    left, right = (sums[motions.stop] - sums[motions.start]).T
+    moved = np.hypot(motions.displacements[:, 0], motions.displacements[:, 1])
+    is_line = (np.abs(right - left) < 0.2 * np.abs(right + left)) & np.isfinite(moved)
+    if not is_line.any():
+        return np.nan
+    return float(np.median(moved[is_line] / np.abs(left + right)[is_line])) * 2.0
+
+
+def _require_plausible(log: DriveLog, motions: Motions, found: KinematicFit, nominal: Nominal) -> None:
     """Fail if the reference contradicts the wheel speeds."""
     high = found.parameters + found.half_widths
     for side, index in (("left", LEFT), ("right", RIGHT)):
@@ -217,10 +244,25 @@ def _require_plausible(log: DriveLog, found: KinematicFit, nominal: Nominal) -> 
         )
     mean = float(np.abs(found.parameters[[LEFT, RIGHT]]).mean())
     usual = (nominal.left + nominal.right) / 2.0
-    if not (usual / _FACTOR < mean < usual * _FACTOR) and np.isfinite(high[[LEFT, RIGHT]]).all():
+    _, rotation = _root_mean_square(found.errors)
+    rough = _rough_radius(motions)
+    if rotation is not None and rotation > _ALIASED and not usual / _FACTOR < rough < usual * _FACTOR:
+        mean = rough if np.isfinite(rough) else mean
+    if not usual / _FACTOR < mean < usual * _FACTOR and (
+        mean == rough or np.isfinite(high[[LEFT, RIGHT]]).all()
+    ):
+        ratio = mean / usual
+        units = [
+            unit
+            for unit, factor in _RADIUS_FACTORS.items()
+            if factor / _SAME_FACTOR < ratio < factor * _SAME_FACTOR
+        ]
+        fits = f". This factor fits {' or '.join(units)}" if units else ""
         raise KbotError(
             f"{log.path}: the reference moves as if the wheels had a radius of {mean:.3g} m, not the "
-            f"{usual:.3g} m of the file. If the robot is stuck or its wheels spin, cut these parts of the log"
+            f"{usual:.3g} m of the file: a factor of {ratio:.3g}{fits}. Correct the log, which must "
+            "be in m, s, rad and rad/s, or the value in the file. If the robot is stuck or its wheels spin, "
+            "cut these parts of the log"
         )
     curvature, usual = float(found.parameters[CURVATURE]), nominal.drive.separation
     is_known = found.half_widths[CURVATURE] < curvature
