@@ -277,6 +277,8 @@ def test_pictures_show_the_robot_and_its_goal():
     environment = make(world="rooms", render_mode="rgb_array")
     environment.reset(seed=1)
     before = environment.render()
+    greener = before[..., 1].astype(int) - before[..., [0, 2]].max(axis=2) > 40
+    assert greener.sum() > 30  # the mark of the goal
     assert before.shape == (360, 480, 3)
     for _ in range(5):
         environment.step([1.0, 1.0])

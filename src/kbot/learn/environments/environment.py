@@ -97,7 +97,7 @@ class KbotEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             return None
         if self._picture is None or self._picture.simulation is not self.simulation:
             self._picture = Picture(self.simulation)
-        return self._picture.draw()
+        return self._picture.draw(self._episodes.goal)
 
     def close(self) -> None:
         """Close the page, if there is one."""

@@ -195,6 +195,12 @@ class Episodes:
         """s since the start of the episode."""
         return (self.stage.simulation.steps - self._begun) * self.options.timestep
 
+    @property
+    def goal(self) -> tuple[float, float]:
+        """The goal, or the end of the path, of this episode in m in the world's frame. Raises KbotError: none
+        has begun."""
+        return require_started(self._target).end
+
     def _scans_seen(self, lidar: LidarSensor, begin: int) -> Callable[[int], bool]:
         """Which scans are the newest ones at an observation. The others would only cost time."""
         period = round(self.period * NANOSECONDS)

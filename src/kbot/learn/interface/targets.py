@@ -43,6 +43,11 @@ class Target(Protocol):
     @property
     def kind(self) -> str: ...
 
+    @property
+    def end(self) -> tuple[float, float]:
+        """The goal, or the end of the path, in the map in m."""
+        ...
+
     def values(self, pose: PlanarPose) -> list[float]:
         """The numbers of the kind's fields, seen from the base at `pose` in the map."""
         ...
@@ -76,6 +81,10 @@ class GoalTarget:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.x) and math.isfinite(self.y)):
             raise KbotError(f"a goal must be two finite numbers, not {self.x}, {self.y}")
+
+    @property
+    def end(self) -> tuple[float, float]:
+        return self.x, self.y
 
     def distance(self, pose: PlanarPose) -> float:
         """The distance in m from a pose to the goal."""
@@ -116,6 +125,10 @@ class PathTarget:
         """The pose at the start of the path, in its direction."""
         (x, y), (ahead_x, ahead_y) = self._points[0].tolist(), self._directions[0].tolist()
         return PlanarPose(x, y, math.atan2(ahead_y, ahead_x))
+
+    @property
+    def end(self) -> tuple[float, float]:
+        return self.path.goal
 
     def advance(self, pose: PlanarPose) -> None:
         """Find the place on the path that is nearest to the robot."""

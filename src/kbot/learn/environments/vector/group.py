@@ -106,7 +106,7 @@ class Group:
             simulation = episodes.stage.simulation
             if index not in self._pictures or self._pictures[index].simulation is not simulation:
                 self._pictures[index] = Picture(simulation)
-        return [self._pictures[index].draw() for index in range(len(self.episodes))]
+        return [self._pictures[index].draw(each.goal) for index, each in enumerate(self.episodes)]
 
     def _start(self, index: int) -> Info:
         self._seen[index], info = self.episodes[index].reset(self._randoms[index])
