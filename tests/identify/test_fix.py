@@ -258,3 +258,12 @@ def test_a_file_of_another_package_is_not_changed(log, tmp_path, capsys, monkeyp
     assert run(["identify", log, str(file), "--sensor", "laser", "--fix", "--yes"]) == 2
     assert "rover.xacro is outside the working directory. Copy this file" in capsys.readouterr().err
     assert included.read_text() == before
+
+
+def test_the_named_file_is_changed_wherever_it_is(log, tmp_path, monkeypatch):
+    file = robot(tmp_path, OWN)
+    before = file.read_text()
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert run(["identify", log, str(file), "--sensor", "laser", "--fix", "--yes"]) == 0
+    assert file.read_text() != before

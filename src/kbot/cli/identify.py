@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -147,6 +148,7 @@ def _write(
     from kbot.checks.formats import relative
     from kbot.identify.agreement import Agreement, agreement
     from kbot.identify.fix import robot_fix
+    from kbot.model.load import resolve_robot_path
     from kbot.text.edits import unified_diff
     from kbot.text.files import rewrite
     from kbot.xacro.packages import is_shipped, may_change
@@ -165,7 +167,8 @@ def _write(
         click.echo(unified_diff(before, after, relative(path)), nl=False, err=to_stderr)
         if is_shipped(path):
             fail(f"{path} is part of KBot. Copy the robot with kbot new, and use its file")
-        if not may_change(path):
+        is_named = Path(path).resolve() == Path(resolve_robot_path(request.file)).resolve()
+        if not (is_named or may_change(path)):
             fail(
                 f"{path} is outside the working directory. Copy this file into your package, or run the "
                 "command in the folder of its package"
