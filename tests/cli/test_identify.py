@@ -1,6 +1,7 @@
 """Tests `kbot identify`: its table, its JSON, and its exit status."""
 
 import json
+import random
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,33 @@ def test_the_table_shows_the_robot(log, capsys):
     assert float(found["wheel_separation"][1]) == pytest.approx(0.2, abs=1e-5)
     assert float(found["sensor_x"][1]) == pytest.approx(0.0, abs=1e-6)
     assert "80 intervals used, 0 outliers left out" in lines
+
+
+def test_a_gyro_in_degrees_per_second_is_reported(log, capsys):
+    """The robot turns by 0.4 rad in 1 s."""
+    header, *rows = log.read_text().splitlines()
+    turned = [row + f",{float(row.rsplit(',', 1)[1]) * 180.0 / 3.141592653589793:.6f}" for row in rows]
+    log.write_text("\n".join([header + ",imu_wz", *turned]) + "\n")
+    assert run(["identify", str(log), "kbot"]) == 0
+    assert "gyro_scale is 57.3. Check the units and signs of the log" in capsys.readouterr().err
+
+
+def test_many_outliers_are_reported(log, capsys):
+    """In a third of the intervals, the reference moves at random. Few outliers are normal."""
+    header, *rows = log.read_text().splitlines()
+    draw = random.Random(1)
+    wrong = [
+        row.rsplit(",", 3)[0] + f",{draw.uniform(-1, 1)},{draw.uniform(-1, 1)},{draw.uniform(-1, 1)}"
+        if index % 3 == 0
+        else row
+        for index, row in enumerate(rows)
+    ]
+    log.write_text("\n".join([header, *wrong]) + "\n")
+    assert run(["identify", str(log), "kbot"]) == 0
+    assert (
+        "27 outliers left out, more than a fifth: check the reference and the units"
+        in capsys.readouterr().out
+    )
 
 
 def test_json_has_the_nominal_values_of_the_file(log, capsys):

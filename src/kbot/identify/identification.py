@@ -24,6 +24,7 @@ from kbot.identify.result import (
     Residual,
 )
 from kbot.text import KbotError
+from kbot.text.notes import note
 
 _WIDEST = 0.5
 """Half the width of the widest interval of a parameter that the log shows: relative to the wheel's radius, to
@@ -66,10 +67,10 @@ KINEMATIC = {
 }
 """The parameters of the odometry model in its order: unit, and what a log needs."""
 _DYNAMIC: dict[str, tuple[str, float | None, str]] = {
-    ENCODER: ("1", 1.0, "needs commands (cmd_v, cmd_w)"),
+    ENCODER: ("1", 1.0, "needs commands (cmd_v, cmd_w) that the wheels follow"),
     GYRO: ("1", 1.0, "needs a gyro (imu_wz), turns, and a reference of rotation"),
-    DELAY: ("s", None, "needs commands (cmd_v, cmd_w) that change"),
-    TIME_CONSTANT: ("s", None, "needs commands (cmd_v, cmd_w) that change"),
+    DELAY: ("s", None, "needs commands (cmd_v, cmd_w) that change and that the wheels follow"),
+    TIME_CONSTANT: ("s", None, "needs commands (cmd_v, cmd_w) that change and that the wheels follow"),
 }
 """Unit, value without an error, and what a log needs."""
 
@@ -150,6 +151,8 @@ def _add_dynamic(
         if name in observable:
             each = observable[name]
             estimates[name] = Estimate(each.value, each.low, each.high, unit, usual)
+            if usual is not None and not usual / _FACTOR < each.value < usual * _FACTOR:
+                note(f"{log.path}: {name} is {each.value:.4g}. Check the units and signs of the log")
         else:
             unobservable[name] = needed
 

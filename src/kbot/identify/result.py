@@ -15,6 +15,8 @@ LEFT_RADIUS, RIGHT_RADIUS, WHEEL_SEPARATION = "left_wheel_radius", "right_wheel_
 SENSOR_POSE = SENSOR_X, SENSOR_Y, SENSOR_YAW = "sensor_x", "sensor_y", "sensor_yaw"
 SCHEMA = 1
 """Version of the JSON of `kbot identify`."""
+_MANY = 0.2
+"""Share of disturbed displacements above which slip and failed scan matching are not the likely cause."""
 _MOST_DECIMALS = 6
 """A micrometre, or a microradian."""
 
@@ -119,7 +121,12 @@ class Identification:
             width = max(map(len, self.unobservable))
             lines += [f"  {name:<{width}}  {reason}" for name, reason in self.unobservable.items()]
         residual = self.residual
-        lines += ["", f"{residual.intervals} intervals used, {residual.outliers} outliers left out"]
+        outliers = f"{residual.outliers} outlier{'' if residual.outliers == 1 else 's'} left out"
+        if residual.outliers and not self.is_disturbed.any():
+            outliers += ", all with negligible errors"
+        elif self.is_disturbed.mean() > _MANY:
+            outliers += ", more than a fifth: check the reference and the units"
+        lines += ["", f"{residual.intervals} intervals used, {outliers}"]
         for what, after, before, unit in (
             ("translation", residual.translation, residual.nominal_translation, "m"),
             ("rotation", residual.rotation, residual.nominal_rotation, "rad"),
