@@ -20,7 +20,7 @@ from test_sweep_report import sweep  # the sweep of the report's other tests
 def test_a_browser_shows_the_report(scheme: str, tmp_path: Path, browser: Any) -> None:
     file = tmp_path / "report.html"
     with sweep(tmp_path, Objective("energy"), Objective("goal_time")) as made:
-        write_report(str(file), made)
+        write_report(str(file), made.results())
     context = browser.new_context(color_scheme=scheme, viewport={"width": 1280, "height": 900})
     page = context.new_page()
     complaints: list[str] = []
