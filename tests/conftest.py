@@ -89,6 +89,16 @@ def shared() -> Path:
     return folder
 
 
+@pytest.fixture
+def drive_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with a scenario of one second in `drive.scenario.yaml`."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drive.scenario.yaml").write_text(
+        "duration: 1\nsteps:\n  - command: {linear: 0.2}\nexpect:\n  - final_forward: {min: 0.15}\n"
+    )
+    return tmp_path
+
+
 @pytest.fixture(scope="session")
 def straight_policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A policy in an ONNX file that drives at 0.3 m/s, turns towards the goal at up to 1 rad/s, and ignores

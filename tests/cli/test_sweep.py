@@ -25,13 +25,6 @@ from kbot.trials import RobotSource, run_trial
 from kbot.trials.scenario_file import read_scenarios
 from kbot.trials.trial import load_source
 
-DRIVE = """\
-duration: 1
-steps:
-  - command: {linear: 0.2}
-expect:
-  - final_forward: {min: 0.15}
-"""
 XACRO = "http://www.ros.org/wiki/xacro"
 TRIANGLE = """\
 solid body
@@ -62,11 +55,12 @@ RADII = ("--set", "wheel_radius=0.03,0.04")
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The working directory, with a short scenario."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "drive.scenario.yaml").write_text(DRIVE)
-    return tmp_path
+def folder(drive_folder: Path) -> Path:
+    return drive_folder
+
+
+def edit(file: Path, old: str, new: str) -> None:
+    file.write_text(file.read_text().replace(old, new))
 
 
 def run(*words: str) -> Result:
@@ -153,7 +147,7 @@ def test_a_folder_of_another_sweep(words: tuple[str, ...], expected: str) -> Non
 
 def test_a_scenario_that_was_edited_is_another_sweep(folder: Path) -> None:
     run("kbot", *RADII, *SHORT)
-    (folder / "drive.scenario.yaml").write_text(DRIVE.replace("0.15", "0.16"))
+    edit(folder / "drive.scenario.yaml", "0.15", "0.16")
     with pytest.raises(
         KbotError, match="the files of the robot or of the scenario have changed since it began"
     ):
@@ -291,7 +285,7 @@ def test_the_function_gives_the_same_table_as_the_command() -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT and SIGKILL of one process")
 def test_ctrl_c_and_kills_lose_nothing_and_the_same_command_continues(folder: Path) -> None:
-    (folder / "drive.scenario.yaml").write_text(DRIVE.replace("duration: 1", "duration: 5"))
+    edit(folder / "drive.scenario.yaml", "duration: 1", "duration: 5")
     words = ["kbot", "--set", "wheel_radius=0.02:0.05:24", "--scenario", "drive.scenario.yaml"]
     words += ["--objective", "energy"]
     command = [sys.executable, "-m", "kbot", "sweep", *words, "-j", "1", "--out", "killed"]

@@ -15,13 +15,6 @@ from kbot.sweep import cluster
 from kbot.sweep.journal import Journal, Row
 from kbot.text import KbotError
 
-DRIVE = """\
-duration: 1
-steps:
-  - command: {linear: 0.2}
-expect:
-  - final_forward: {min: 0.15}
-"""
 SWEEP = (
     "kbot",
     *("--set", "wheel_radius=0.03,0.04"),
@@ -33,11 +26,8 @@ RADIUS = ("--objective", "wheel_radius")
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The working directory, with a short scenario."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "drive.scenario.yaml").write_text(DRIVE)
-    return tmp_path
+def folder(drive_folder: Path) -> Path:
+    return drive_folder
 
 
 def run(*words: str) -> Result:

@@ -66,15 +66,12 @@ WHEELS = """
     <parent link="base_link"/><child link="{side}_wheel"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/>
   </joint>
 """
-DRIVE = "duration: 1\nsteps:\n  - command: {linear: 0.2}\nexpect:\n  - final_forward: {min: 0.15}\n"
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "drive.scenario.yaml").write_text(DRIVE)
-    (tmp_path / "r.xacro").write_text(ROBOT.format(head=""))
-    return tmp_path
+def folder(drive_folder: Path) -> Path:
+    (drive_folder / "r.xacro").write_text(ROBOT.format(head=""))
+    return drive_folder
 
 
 def inputs(*dimensions: str, robot: str = "r.xacro") -> str:
@@ -185,7 +182,7 @@ def test_the_controllers_beside_the_description(folder: Path) -> None:
 
 
 def test_a_script_that_varies(folder: Path) -> None:
-    (folder / "drive.scenario.yaml").write_text(DRIVE.replace("command: {linear: 0.2}", "script: a.py"))
+    edit("drive.scenario.yaml", "command: {linear: 0.2}", "script: a.py")()
     for name in ("a.py", "b.py"):
         (folder / name).write_text("import kbot\n")
     key = f"scenario.steps.0.script={folder}/a.py,{folder}/b.py"

@@ -25,21 +25,11 @@ BOX = """\
     </inertial>
   </link>
 """
-DRIVE = """\
-duration: 1
-steps:
-  - command: {linear: 0.2}
-expect:
-  - final_forward: {min: 0.15}
-"""
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The working directory, with a short scenario."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "drive.scenario.yaml").write_text(DRIVE)
-    return tmp_path
+def folder(drive_folder: Path) -> Path:
+    return drive_folder
 
 
 def write_robot(head: str, size: str = "0.1", mass: str = "1", name: str = "r.xacro") -> None:
@@ -93,7 +83,7 @@ def test_the_world_of_a_battery_that_tests_it_does_not_vary() -> None:
     assert plan("world=rooms,empty", robot="kbot", scenario="straight").runs == 2
     with pytest.raises(KbotError, match=r"--set world: the battery slope has its own world, incline:angle="):
         plan("world=rooms,empty", robot="kbot", scenario="slope")
-    Path("mine.scenario.yaml").write_text(f"world: stairs\n{DRIVE}")
+    Path("mine.scenario.yaml").write_text("world: stairs\n" + Path("drive.scenario.yaml").read_text())
     assert plan("world=rooms,empty", robot="kbot", scenario="mine.scenario.yaml").runs == 2
 
 

@@ -18,7 +18,6 @@ from kbot.text.notes import notes_sent_to
 from kbot.trials.pool import run_tasks
 from kbot.trials.results import TrialResult
 
-DRIVE = "steps:\n  - command: {linear: 0.2}\nexpect:\n  - final_forward: {min: 0.15}\n"
 CASTER = """\
 <robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="has_caster" default="false"/>
@@ -44,14 +43,13 @@ SHORT = ("--scenario", "drive.scenario.yaml")
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(drive_folder: Path) -> Path:
     """The working directory, with scenarios of one second and of 100 seconds."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "drive.scenario.yaml").write_text(f"duration: 1\n{DRIVE}")
-    (tmp_path / "long.scenario.yaml").write_text(f"duration: 100\n{DRIVE}")
-    (tmp_path / "stand.scenario.yaml").write_text("duration: 1\nexpect:\n  - final_forward: {max: 0.1}\n")
-    (tmp_path / "caster.xacro").write_text(CASTER)
-    return tmp_path
+    drive = (drive_folder / "drive.scenario.yaml").read_text()
+    (drive_folder / "long.scenario.yaml").write_text(drive.replace("duration: 1", "duration: 100"))
+    (drive_folder / "stand.scenario.yaml").write_text("duration: 1\nexpect:\n  - final_forward: {max: 0.1}\n")
+    (drive_folder / "caster.xacro").write_text(CASTER)
+    return drive_folder
 
 
 @pytest.fixture
@@ -84,7 +82,7 @@ def error(*words: str) -> str:
 def test_fewer_than_a_thousand_long_runs_must_be_confirmed(rehearsed: list[int]) -> None:
     """900 runs of 100 s take 25 hours."""
     found = error("kbot", "--set", "wheel_radius=0.02:0.05:900", *LONG, *OUT)
-    expected = "the sweep has 900 runs, which take about 1 day on this machine. Add --yes to run it anyway."
+    expected = "the sweep has 900 runs, which take about 1 day on this machine. Add --yes to run it anyway"
     assert found == expected
     assert rehearsed == [1]
     assert not Path("out", "sweep.json").exists()
