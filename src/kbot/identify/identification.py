@@ -151,7 +151,7 @@ def _add_dynamic(
         if name in observable:
             each = observable[name]
             estimates[name] = Estimate(each.value, each.low, each.high, unit, usual)
-            if usual is not None and not usual / _FACTOR < each.value < usual * _FACTOR:
+            if usual is not None and not _is_plausible(each.value, usual):
                 note(f"{log.path}: {name} is {each.value:.4g}. Check the units and signs of the log")
         else:
             unobservable[name] = needed
@@ -220,6 +220,11 @@ def _require_radians(log: DriveLog, found: KinematicFit, nominal: Nominal) -> No
         raise KbotError(f"{log.path}: the rotations of the reference are in degrees. They must be in rad")
 
 
+def _is_plausible(size: float, usual: float) -> bool:
+    """Whether a size is near that of the description. NaN is: it shows nothing."""
+    return not (size <= usual / _FACTOR or size >= usual * _FACTOR)
+
+
 def _rough_radius(motions: Motions) -> float:
     """The mean wheel radius from the drives along a line, without rotations. NaN if there are none."""
     sums = np.vstack([np.zeros(2), np.cumsum(motions.wheel_angles, axis=0)])
@@ -249,11 +254,10 @@ def _require_plausible(log: DriveLog, motions: Motions, found: KinematicFit, nom
     usual = (nominal.left + nominal.right) / 2.0
     _, rotation = _root_mean_square(found.errors)
     rough = _rough_radius(motions)
-    if rotation is not None and rotation > _ALIASED and not usual / _FACTOR < rough < usual * _FACTOR:
-        mean = rough if np.isfinite(rough) else mean
-    if not usual / _FACTOR < mean < usual * _FACTOR and (
-        mean == rough or np.isfinite(high[[LEFT, RIGHT]]).all()
-    ):
+    is_known = bool(np.isfinite(high[[LEFT, RIGHT]]).all())
+    if rotation is not None and rotation > _ALIASED and not _is_plausible(rough, usual):
+        mean, is_known = rough, True
+    if is_known and not _is_plausible(mean, usual):
         ratio = mean / usual
         units = [
             unit
@@ -269,7 +273,7 @@ def _require_plausible(log: DriveLog, motions: Motions, found: KinematicFit, nom
         )
     curvature, usual = float(found.parameters[CURVATURE]), nominal.drive.separation
     is_known = found.half_widths[CURVATURE] < curvature
-    if is_known and not usual / _FACTOR < 1.0 / curvature < usual * _FACTOR:
+    if is_known and not _is_plausible(1.0 / curvature, usual):
         raise KbotError(
             f"{log.path}: the reference moves as if the wheels were {1.0 / curvature:.3g} m apart, not the "
             f"{usual:.3g} m of the file. It must be in m and rad"
