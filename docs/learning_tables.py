@@ -69,7 +69,7 @@ def tables() -> str:
 
 def _options(kind: type) -> str:
     defaults = {
-        each.name: each.default_factory() if each.default is MISSING else each.default  # type: ignore[misc]  # then it has one
+        each.name: each.default_factory() if each.default is MISSING else each.default  # type: ignore[misc]  # without a default, there is a factory
         for each in fields(kind)
         if each.init
     }

@@ -110,7 +110,7 @@ def _require_confirmed(plan: Plan, missing: int, seconds: float) -> None:
     which = f", and {missing} of them are missing. They" if missing < plan.runs else ", which"
     raise KbotError(
         f"the sweep has {plan.runs} runs{product}{which} take about {duration(seconds)} on this machine. "
-        "Add --yes to run it anyway."
+        "Add --yes to run it anyway"
     )
 
 

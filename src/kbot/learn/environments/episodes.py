@@ -138,7 +138,7 @@ class Episodes:
         self._seen = None if lidar is None else LidarPoints(lidar)
         if lidar is not None:
             lidar.is_needed = None
-            # as a plain simulation with this seed
+            # the noise of the scans follows from the simulation's seed
             simulation.seed = int(random.integers(MOST_SEEDS))
             lidar.reseed()
             self._lidar_at = base_from_lidar(lidar)[:2, 3]

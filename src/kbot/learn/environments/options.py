@@ -86,7 +86,7 @@ def read_options(kind: type[T], given: Mapping[str, object], others: tuple[type,
     Raises:
         KbotError: a keyword is not an option of any of them.
     """
-    names = [each.name for each in fields(kind) if each.init]  # type: ignore[arg-type]  # a dataclass
+    names = [each.name for each in fields(kind) if each.init]  # type: ignore[arg-type]  # all kinds of options are dataclasses
     known = [*names, *(each.name for other in others for each in fields(other) if each.init)]
     for name in given:
         if name not in known:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, fields, replace
+from functools import partial
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -27,6 +28,7 @@ _LONGEST_DELAY = 10.0
 """s. No robot can be driven with a longer delay."""
 _LARGEST = 1e12
 """No value of a description is larger."""
+_range = partial(require_range, may_be_number=True)
 
 
 @dataclass(frozen=True)
@@ -174,7 +176,3 @@ def _require_known(what: str, values: Mapping[str, object], names: list[str]) ->
     for name in values:
         if name not in names:
             raise KbotError(f"unknown name '{name}' in {what}: {suggest_or_list(name, names)}")
-
-
-def _range(name: str, value: object, low: float, high: float) -> Range:
-    return require_range(name, value, low, high, may_be_number=True)

@@ -33,7 +33,7 @@ def fitted(policy: Policy, simulation: Simulation) -> Policy:
 
     Raises: KbotError: the robot cannot drive, or the policy does not fit it."""
     robot = simulation.robots.first
-    default = policy_interface(simulation, GoalTarget.kind)
+    default = policy_interface(simulation, GoalTarget.kind)  # raises an error for a robot that cannot drive
     if policy.interface is None:
         try:
             return policy.with_interface(default)
@@ -190,7 +190,7 @@ def go_to_with_policy(
     """Run the simulation until its robot has reached the goal or gives up. The robot is then stopped.
 
     The robot knows its start pose, and then only what its wheels and its lidar measure. It stops by its
-    odometry. The goal is reached if the true position came within `arrive`.
+    odometry. The goal is reached if it stops for this, and the true position came within `arrive`.
 
     Args:
         simulation: whose first robot drives.
