@@ -25,6 +25,7 @@ import { showProgramOutput } from "./program-output";
 import { usePush } from "./push";
 import { timelineBar } from "./time/timeline";
 import { bodyChoice, toolBar } from "./tools/bar";
+import { showGoals } from "./tools/goal";
 import { ToolBox } from "./tools/toolbox";
 import { lookByKeys } from "./view/keyboard";
 import type { View } from "./view/view";
@@ -71,4 +72,5 @@ export function addPanels(
   useGamepad(driver);
   useKeys(app, view, driver, showHelp, tools, body);
   showProgramOutput(app);
+  showGoals(app);
 }

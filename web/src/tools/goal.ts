@@ -16,6 +16,11 @@ export const GOING: readonly string[] = ["accepted", "driving"];
 /** Final states that need no action, and the milliseconds for which they are shown. */
 const DONE: readonly string[] = ["reached", "cancelled"];
 const SHOWN_FOR = 6000;
+/** The displays of a goal: their kinds and topics. */
+const DISPLAYS: readonly (readonly [kind: string, topic: string])[] = [
+  ["Pose", "/move_base/current_goal"],
+  ["Path", "/plan"],
+];
 
 /** Calls back with each state of a goal, its reason and the simulated time in s. Subscribes once a simulation runs. */
 export function onGoal(app: App, onState: (state: string, reason: string, time: number) => void): void {
@@ -34,17 +39,23 @@ export function onGoal(app: App, onState: (state: string, reason: string, time: 
   });
 }
 
-/** Adds a display of the goal, and of the path to it, unless there is one. A policy drives without a path. */
-function showWay(app: App): void {
-  for (const [kind, topic] of [
-    ["Pose", "/move_base/current_goal"],
-    ["Path", "/plan"],
-  ] as const) {
-    if (app.displays.all.value.some((display) => display.kind === kind)) continue;
-    if (!app.topics.list.value.some(({ name }) => name === topic)) continue;
-    const added = app.displays.add(kind);
-    if (added !== null) app.displays.set(added.id, "topic", topic);
-  }
+/** Shows each goal in progress, and the path to it, unless such a display exists. A policy drives without a path. */
+export function showGoals(app: App): void {
+  let missing: typeof DISPLAYS = [];
+  const show = (): void => {
+    missing = missing.filter(([kind, topic]) => {
+      if (app.displays.all.value.some((display) => display.kind === kind)) return false;
+      if (!app.topics.list.value.some(({ name }) => name === topic)) return true; // a status can arrive before the list
+      const added = app.displays.add(kind);
+      if (added !== null) app.displays.set(added.id, "topic", topic);
+      return false;
+    });
+  };
+  onGoal(app, (state) => {
+    missing = GOING.includes(state) ? DISPLAYS : [];
+    show();
+  });
+  app.topics.list.watch(show);
 }
 
 /** The text of a state and its reason. */
@@ -83,7 +94,6 @@ export function goalStatus(app: App): HTMLElement {
   const chip = h("div", { class: "goal chip-bar", hidden: true }, icon("goal"), text, cancel, close);
   let timer: ReturnType<typeof setTimeout> | undefined;
   onGoal(app, (state, reason) => {
-    if (GOING.includes(state)) showWay(app);
     clearTimeout(timer);
     if (DONE.includes(state)) timer = setTimeout(() => (chip.hidden = true), SHOWN_FOR);
     text.textContent = goalText(state, reason);
