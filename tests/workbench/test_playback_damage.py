@@ -27,10 +27,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("run") / "run.mcap"
     sim.cmd_vel(SPEED, 0.0)
     recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(path))
-    for _ in range(12):
-        sim.run(0.5)
-        recorder.flush()
-    recorder.close()
+    with pytest.MonkeyPatch.context() as patch:
+        # a slow machine must not end a chunk earlier
+        patch.setattr("kbot.record.recorder.FLUSH_SECONDS", float("inf"))
+        for _ in range(12):
+            sim.run(0.5)
+            recorder.flush()
+        recorder.close()
     return path
 
 
