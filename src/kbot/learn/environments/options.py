@@ -142,13 +142,16 @@ def _require_rate(rate: float, timestep: float) -> int:
     """Steps of physics for each action.
 
     Raises:
-        KbotError: the rate is not valid.
+        KbotError: the rate is not valid, or does not fit the time step.
     """
-    if not (is_finite(rate) and 0.0 < rate <= 1.0 / timestep):
-        raise KbotError(f"rate must be above 0 and at most {1.0 / timestep:g} Hz, not {reprlib.repr(rate)}")
-    steps = round(1.0 / (rate * timestep))
-    if abs(steps * rate * timestep - 1.0) > 1e-6:
+    if not (is_finite(rate) and rate > 0.0):
         raise KbotError(
-            f"a period of 1/{rate:g} s is not a whole number of time steps of {timestep:g} s: change rate"
+            f"rate must be a finite number of actions per second above 0, not {reprlib.repr(rate)}"
+        )
+    steps = round(1.0 / (rate * timestep))
+    if not steps or abs(steps * rate * timestep - 1.0) > 1e-6:
+        raise KbotError(
+            f"an action at rate {rate:g} takes {1.0 / rate:g} s, which is not a whole number of time steps of "
+            f"timestep {timestep:g} s: change rate or timestep"
         )
     return steps
