@@ -205,7 +205,6 @@ def test_a_world_and_its_parameters() -> None:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ((), "nothing varies. Add --set NAME=VALUES"),
         (("--set", "wheel_radius=0.02:0.05"), "a grid needs the number of values, for example wheel"),
         ((*RADII, "--method", "lhs"), "--method lhs needs --runs N"),
         (
@@ -233,6 +232,21 @@ def test_a_world_and_its_parameters() -> None:
 )  # fmt: skip
 def test_wrong_input_is_one_error_before_anything_runs(words: tuple[str, ...], expected: str) -> None:
     assert expected in error("kbot", *words, *SHORT)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ((), "FILE is missing."),
+        (RADII, "FILE is missing."),
+        (("kbot",), "nothing varies. Add --set NAME=VALUES"),
+        (("kbot", "--out", "out"), "nothing varies. Add --set NAME=VALUES"),
+        (("kbot", *RADII), "no scenario is given. Add --scenario NAME|FILE"),
+        (("kbot", *RADII, *SHORT[:2]), "--out DIR is missing"),
+    ],
+)
+def test_the_first_missing_part_of_the_command_is_named(words: tuple[str, ...], expected: str) -> None:
+    assert error(*words).startswith(expected)
 
 
 def test_an_unknown_name_is_reported_with_the_nearest_names() -> None:

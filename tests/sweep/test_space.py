@@ -73,9 +73,7 @@ def test_errors_of_a_text(text: str, error: str) -> None:
     assert str(raised.value) == error
 
 
-def test_a_space_needs_dimensions_with_different_names() -> None:
-    with pytest.raises(KbotError, match="nothing varies"):
-        parse_space([])
+def test_the_dimensions_of_a_space_have_different_names() -> None:
     with pytest.raises(KbotError, match="--set a is given twice"):
         parse_space(["a=1,2", "a=3,4"])
 

@@ -223,6 +223,7 @@ def _run(
     opened: ExitStack,
 ) -> _SweepResult:
     """Run what is missing. The pool and the folder stay open until `opened` ends."""
+    request = _request(words, options)
     if not execution.out:
         fail("--out DIR is missing: the folder for the results")
     _check_outputs(outputs, options, execution.out, confirmed=execution.confirmed)
@@ -235,7 +236,6 @@ def _run(
     from kbot.sweep.runner import opened_sweep
     from kbot.trials.pool import Pool
 
-    request = _request(words, options)
     begun = time.monotonic()
     pool = opened.enter_context(Pool(execution.jobs))
     with busy(f"preparing {request.robot}"):

@@ -66,6 +66,15 @@ class Request:
     values: Mapping[str, str] = field(default_factory=dict)
     packages: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Raises KbotError: nothing varies, or there is no scenario."""
+        if not self.dimensions:
+            raise KbotError(
+                "nothing varies. Add --set NAME=VALUES, for example --set wheel_radius=0.02:0.05:7"
+            )
+        if not self.scenarios:
+            raise KbotError("no scenario is given. Add --scenario NAME|FILE; kbot try --list lists the names")
+
 
 def prepare(request: Request, pool: Pool) -> Plan:
     """The plan of a sweep.
@@ -85,8 +94,6 @@ def prepare(request: Request, pool: Pool) -> Plan:
     objectives = parse_objectives(request.objectives, numeric)
     if request.method is Method.OPTIMIZE and not objectives:
         raise KbotError("--method optimize needs --objective MEASURE, for example --objective energy")
-    if not request.scenarios:
-        raise KbotError("no scenario is given. Add --scenario NAME|FILE; kbot try --list lists the names")
     tasks = _select(request, _call(pool, _required, (request, space), request.robot), pool)
     if any(each.target is Target.SEED for each in space.dimensions):
         tasks = _first_seeds(tasks)

@@ -208,8 +208,6 @@ def parse_dimension(text: str) -> Dimension:
 
 def parse_space(texts: Sequence[str]) -> Space:
     """The space of several dimensions. Raises KbotError: as `parse_dimension`, or a name is given twice."""
-    if not texts:
-        raise KbotError("nothing varies. Add --set NAME=VALUES, for example --set wheel_radius=0.02:0.05:7")
     dimensions = tuple(map(parse_dimension, texts))
     names = [each.name for each in dimensions]
     for name in names:
