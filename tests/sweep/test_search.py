@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
@@ -143,6 +144,24 @@ def test_an_optimisation_finds_the_minimum_and_avoids_what_fails(tmp_path: Path)
     assert best.values[1] == 1
     late = found[60:]
     assert np.mean([float(row.values[0]) > 0.9 for row in late]) < 0.1, "random values fail in 10 %"
+
+
+@pytest.mark.parametrize("method", [Method.RANDOM, Method.LHS, Method.OPTIMIZE])
+def test_a_design_that_is_chosen_again_has_the_earlier_results(method: Method, tmp_path: Path) -> None:
+    """Six combinations are at most six designs with two seeds each, however often one is chosen."""
+    chosen = replace(plan(method, 40, seeds=2), space=parse_space(["a=0.1,0.3,0.95", "b=1,2"]))
+    at_once = InOrder(5)
+    whole = rows(tmp_path / "whole", chosen, at_once)
+    assert [row.run for row in whole] == list(range(80))
+    assert len(at_once.executed) == 2 * len({row.values for row in whole}) <= 12
+    first: dict[object, Row] = {}
+    for row in whole:
+        same = first.setdefault((row.values, row.seed), row)
+        assert row == replace(same, run=row.run, design=row.design)
+    interrupted = [InOrder(2, 1, 3), InOrder(1, 2, 1), InOrder(3, 3)]
+    assert rows(tmp_path / "broken", chosen, *interrupted) == whole
+    executed = [run for executor in interrupted for run in executor.executed]
+    assert sorted(executed) == sorted(at_once.executed)
 
 
 def test_an_optimisation_uses_the_results_of_earlier_designs() -> None:

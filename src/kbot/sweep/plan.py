@@ -91,6 +91,10 @@ class Plan:
             result.all_values,
         )
 
+    def repeated_row(self, run: int, row: Row) -> Row:
+        """The row of a run with the result of another one, whose design has the same values."""
+        return replace(row, run=run, design=run // len(self.trials))
+
     def objective_values(self, rows: Sequence[Row]) -> tuple[float, ...]:
         """The objectives of a design: the mean over its runs that have a value. NaN if none has one."""
         return tuple(self._mean(objective.name, rows) for objective in self.objectives)

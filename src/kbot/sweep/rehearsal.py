@@ -43,7 +43,7 @@ def rehearse(sweep: Sweep, pool: Pool, limit: float | None = None, *, confirmed:
     first = first_missing(plan, sweep.journal) if shows_objectives or must_ask else None
     if first is None:
         return
-    run, values = first
+    run, values, _ = first
     runs = _first_of_each_scenario(plan) if shows_objectives else [run]
     begun = time.perf_counter()
     results = run_tasks(pool, [plan.task(each, values) for each in runs], limit=limit)

@@ -12,7 +12,7 @@ from typing import Any
 from kbot.sweep.journal import Journal
 from kbot.sweep.objectives import front
 from kbot.sweep.plan import Plan
-from kbot.sweep.space import Value
+from kbot.sweep.space import Value, Values
 
 SCHEMA = 1
 """Version of the JSON of `kbot sweep`."""
@@ -61,8 +61,8 @@ class Results:
     done     the number of finished runs
     reasons  how many runs failed, by reason, in the order of the runs
     designs  those of which all runs are finished, in order
-    best     those of them that no other one beats and of which all runs passed: the Pareto front. Empty
-             without an objective
+    best     those of them that no other one beats and of which all runs passed: the Pareto front. Of designs
+             with the same values, the first. Empty without an objective
     """
 
     plan: Plan
@@ -120,5 +120,9 @@ def results_of(plan: Plan, journal: Journal, table: Path) -> Results:
             objectives = dict(zip(goals, plan.objective_values(rows), strict=True))
             designs[number] = Design(number, values, objectives, failures)
     passed = {each.number: tuple(each.objectives.values()) for each in designs.values() if each.passed}
-    best = [designs[number] for number in front(plan.objectives, passed)] if goals else []
-    return Results(plan, table, journal.count, reasons, tuple(designs.values()), tuple(best))
+    best: dict[Values, Design] = {}
+    for number in (
+        front(plan.objectives, passed) if goals else ()
+    ):  # equal designs are in the order of numbers
+        best.setdefault(tuple(designs[number].values.values()), designs[number])
+    return Results(plan, table, journal.count, reasons, tuple(designs.values()), tuple(best.values()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 from kbot.sweep.designs import Designs, Grid, LatinHypercube, Method, Random
 from kbot.sweep.executor import Executor
@@ -13,31 +14,55 @@ from kbot.sweep.space import Space, Values
 from kbot.text import KbotError
 
 
+class MissingRun(NamedTuple):
+    """A run that the journal does not have, with the values of its design.
+
+    `same_as` is the run of an earlier design with the same values, which has the same result.
+    """
+
+    run: int
+    values: Values
+    same_as: int | None = None
+
+
 def search(
     plan: Plan, journal: Journal, executor: Executor, on_done: Callable[[], object] = lambda: None
 ) -> None:
     """Execute the runs that the journal does not have. `on_done` is called after each.
 
-    The order in which runs end has no influence on the designs. Ctrl-C raises KeyboardInterrupt, and a full
-    disk raises KbotError: in both cases the journal has every run that ended before.
+    A design that has the values of an earlier one is not executed: its rows repeat the earlier results. The
+    order in which runs end has no influence on the designs. Ctrl-C raises KeyboardInterrupt, and a full disk
+    raises KbotError: in both cases the journal has every run that ended before.
     """
-    waiting: dict[int, tuple[int, Values]] = {}
+    waiting: dict[int, Values] = {}
+    repeated: dict[int, list[int]] = {}
+    """The runs that repeat the result of a run, which is not finished."""
+
+    def record(row: Row) -> None:
+        journal.append(row)
+        on_done()
+        for run in repeated.pop(row.run, ()):
+            record(plan.repeated_row(run, row))
+
     missing = _Missing(plan, journal)
     while True:
         while len(waiting) < executor.capacity and (found := missing.next()) is not None:
-            run, values = found
-            waiting[run] = found
-            executor.submit(run, plan.task(run, values))
+            run, values, same_as = found
+            if same_as is None:
+                waiting[run] = values
+                executor.submit(run, plan.task(run, values))
+            elif same_as in journal:
+                record(plan.repeated_row(run, journal.row(same_as)))
+            else:
+                repeated.setdefault(same_as, []).append(run)
         if not waiting:
             return
         run, result = executor.wait()
-        _, values = waiting.pop(run)
-        journal.append(plan.row(run, values, result))
-        on_done()
+        record(plan.row(run, waiting.pop(run), result))
 
 
-def first_missing(plan: Plan, journal: Journal) -> tuple[int, Values] | None:
-    """The first run that the journal does not have, and the values of its design. None if it has all."""
+def first_missing(plan: Plan, journal: Journal) -> MissingRun | None:
+    """The first run that the journal does not have. None if it has all."""
     return _Missing(plan, journal).next()
 
 
@@ -65,10 +90,15 @@ class _Missing:
         """The number of designs that are reported, which are the first ones."""
         self._chosen = 0
         """The number of designs that were chosen or skipped."""
-        self._queue: Iterator[tuple[int, Values]] = iter(())
+        self._queue: Iterator[MissingRun] = iter(())
+        # numbers of an interval are equal only where an optimisation converges: a dictionary of them would grow
+        is_drawn = plan.method in (Method.RANDOM, Method.LHS)
+        self._may_repeat = plan.method is Method.OPTIMIZE or (is_drawn and plan.space.size is not None)
+        self._first: dict[Values, int] = {}
+        """The first design with each combination of values."""
 
-    def next(self) -> tuple[int, Values] | None:
-        """The next run and the values of its design. None if none can begin before the next result."""
+    def next(self) -> MissingRun | None:
+        """The next run. None if none can begin before the next result."""
         while True:
             found = next(self._queue, None)
             if found is not None:
@@ -96,7 +126,16 @@ class _Missing:
         for run in self._runs(design):
             if run in self._journal:
                 self._require_same(self._journal.row(run), design, values)
-        self._queue = iter([(run, values) for run in missing])
+        earlier = self._earlier(design, values)
+        self._queue = iter(
+            MissingRun(run, values, None if earlier is None else run - (design - earlier) * self._each)
+            for run in missing
+        )
+
+    def _earlier(self, design: int, values: Values) -> int | None:
+        """An earlier design with the same values."""
+        first = self._first.setdefault(values, design) if self._may_repeat else design
+        return first if first < design else None
 
     def _require_same(self, row: Row, design: int, values: Values) -> None:
         """Raises KbotError: the journal was edited, and a row is not of its run's design."""
