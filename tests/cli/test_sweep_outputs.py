@@ -8,12 +8,17 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from pyarrow import parquet
 
 from kbot.cli import main
 from kbot.cli.sweep import command as sweep_command
 from kbot.sweep import cluster
 from kbot.sweep.journal import Journal, Row
 from kbot.text import KbotError
+from kbot.text.notes import notes_sent_to
+from kbot.trials import RobotSource, run_trial
+from kbot.trials.scenario_file import read_scenarios
+from kbot.trials.trial import load_source
 
 SWEEP = (
     "kbot",
@@ -47,6 +52,11 @@ def test_the_best_design_is_shown_and_written() -> None:
     assert "wheel_radius: 0.035 → 0.03 (" in result.stderr
     assert "wrote design 0: best.xacro" in result.stderr
     assert 'name="wheel_radius" default="0.03"' in Path("best.xacro").read_text("utf-8")
+    (scenario,) = read_scenarios("drive.scenario.yaml")
+    with notes_sent_to(lambda text: None):  # the note about the shipped package
+        again = run_trial(scenario, 0, load_source(RobotSource("best.xacro")))
+    simulated = parquet.read_table("out/results.parquet")["state_sha256"][0].as_py()
+    assert again.state_sha256 == simulated
     report = Path("report.html").read_text("utf-8")
     assert "Run of design 0" in report
     assert "data:image/webp" in report or "There is no film" in report

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from kbot.sweep.best_design import WrittenDesign, chosen_design, written_design
 from kbot.sweep.designs import Method
@@ -135,9 +136,60 @@ def test_a_copy_that_would_be_another_robot_is_refused(folder: Path) -> None:
         written("designs/best.xacro", gap=0.02)
     (folder / "designs").mkdir()
     with pytest.raises(
-        KbotError, match=r"best.xacro would not be the same robot: .*gaps.yaml.* Write it to the"
+        KbotError,
+        match=r"best.xacro would not be the robot that was simulated: .*gaps.yaml.* Write it to the",
     ):
         written("designs/best.xacro", gap=0.02)
+
+
+def test_a_copy_that_does_not_find_the_meshes_is_refused(folder: Path) -> None:
+    """The file name is relative to the folder of the description, so both expansions are equal."""
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    box.export(folder / "box.stl")
+    mesh = '<collision><geometry><mesh filename="box.stl"/></geometry></collision>'
+    link = f'<link name="base_link">{mesh}</link>'
+    head = ROBOT[: ROBOT.index("  <link")]
+    (folder / "r.xacro").write_text(f"{head}{link}</robot>")
+    (folder / "designs").mkdir()
+    with pytest.raises(KbotError) as raised:
+        written("designs/best.xacro", gap=0.02)
+    assert str(raised.value) == (
+        "designs/best.xacro would not be the robot that was simulated: from its folder, it does not find "
+        "box.stl. Write it to the folder ."
+    )
+    assert not list((folder / "designs").iterdir())
+    box.export(folder / "designs" / "box.stl")  # another file, even if it is equal now
+    with pytest.raises(KbotError, match=r"it does not find box\.stl"):
+        written("designs/best.xacro", gap=0.02)
+    written("best.xacro", gap=0.02).write()
+    assert attributes(folder / "best.xacro") == {"name": "base_link"}
+
+
+def test_a_copy_in_a_package_with_other_controllers_is_refused(folder: Path) -> None:
+    """The files of controllers beside a description are found by its package."""
+    robot = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:property name="gap" value="0.2"/>
+  <link name="base_link"/>
+  <link name="left"/><link name="right"/>
+  <joint name="left_joint" type="continuous">
+    <parent link="base_link"/><child link="left"/><origin xyz="0 ${gap} 0"/><axis xyz="0 1 0"/>
+  </joint>
+  <joint name="right_joint" type="continuous">
+    <parent link="base_link"/><child link="right"/><origin xyz="0 ${-gap} 0"/><axis xyz="0 1 0"/>
+  </joint>
+  <gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>
+</robot>
+"""
+    wheel = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
+    for side in ("left", "right"):
+        robot = robot.replace(f'<link name="{side}"/>', f'<link name="{side}">{wheel}</link>')
+    (folder / "r.xacro").write_text(robot)
+    package = folder / "other"
+    (package / "config").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>other</name></package>")
+    (package / "config" / "drive.yaml").write_text("a: 1\n")
+    with pytest.raises(KbotError, match=r"simulated: from its folder, it also uses other/config/drive\.yaml"):
+        written("other/best.xacro", gap=0.1)
 
 
 def test_a_file_of_another_package_is_not_changed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

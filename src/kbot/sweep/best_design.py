@@ -9,7 +9,8 @@ from pathlib import Path
 
 from kbot.checks.formats import relative
 from kbot.model.load import resolve_robot_path
-from kbot.sweep.plan import Plan
+from kbot.sweep.inputs import read_robot_inputs
+from kbot.sweep.plan import Plan, design_robot
 from kbot.sweep.results import Design
 from kbot.sweep.space import Target, Value
 from kbot.text import Edit, KbotError, Span, read_source, rewrite, write_text
@@ -18,7 +19,8 @@ from kbot.text.files import unsaved
 from kbot.text.notes import notes_sent_to
 from kbot.text.span import Call
 from kbot.text.xml import parse_document
-from kbot.xacro import Packages, expand
+from kbot.trials.scenario import RobotSource
+from kbot.xacro import Expansion, Packages, expand
 from kbot.xacro.packages import may_change, package_around, package_name
 from kbot.xacro.written_values import ParameterEdit, is_same_robot, parameter_edits
 
@@ -101,13 +103,14 @@ def written_design(plan: Plan, design: Design, path: str) -> WrittenDesign:
     _require_own(found.edits, robot if is_copy else "")
     if is_copy:
         files = _copies(found.edits, robot, path)
-        # that a package ships with KBot is reported when the new file is used
-        with unsaved({file.path: file.after for file in files}), notes_sent_to(lambda text: None):
-            result = expand(path, packages=packages, lenient=True)
-        if not is_same_robot(result, found.wanted):
-            reason = next((f": {d}" for d in result.diagnostics if d.is_error), "")
+        simulated = design_robot(plan.robot, plan.space, tuple(design.values.values()))
+        difference = _difference(
+            files, RobotSource(path, packages=plan.robot.packages), found.wanted, simulated
+        )
+        if difference is not None:
             raise KbotError(
-                f"{path} would not be the same robot{reason}. Write it to the folder {Path(robot).parent}"
+                f"{path} would not be the robot that was simulated{difference}. "
+                f"Write it to the folder {Path(robot).parent}"
             )
     else:
         texts = edited_texts(each.edit for each in found.edits)
@@ -117,6 +120,29 @@ def written_design(plan: Plan, design: Design, path: str) -> WrittenDesign:
         for each in found.edits
     )
     return WrittenDesign(files, changes, tuple(elsewhere))
+
+
+def _difference(
+    files: Sequence[WrittenFile], copy: RobotSource, wanted: Expansion, simulated: RobotSource
+) -> str | None:
+    """How the robot of the copied files differs from the simulated one, as the end of a sentence.
+
+    Its expansion must be `wanted`. Its meshes and the files of its controllers are found from its folder, and
+    must be the same too. None if there is no difference.
+    """
+    # that a package ships with KBot is reported when the new file is used
+    with unsaved({file.path: file.after for file in files}), notes_sent_to(lambda text: None):
+        result = expand(copy.file, packages=Packages(copy.packages), lenient=True)
+        if not is_same_robot(result, wanted):
+            return next((f": {d}" for d in result.diagnostics if d.is_error), "")
+        used = set(map(os.path.realpath, read_robot_inputs(copy).files))
+    copies = {os.path.realpath(file.source): os.path.realpath(file.path) for file in files}
+    before = {copies.get(file, file) for file in map(os.path.realpath, read_robot_inputs(simulated).files)}
+    for file in sorted(before - used):
+        return f": from its folder, it does not find {relative(file)}"
+    for file in sorted(used - before):
+        return f": from its folder, it also uses {relative(file)}"
+    return None
 
 
 def _place(span: Span) -> str:

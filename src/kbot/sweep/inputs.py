@@ -51,7 +51,7 @@ def read_inputs(robot: RobotSource, space: Space, tasks: Sequence[Task], pool: P
         KeyboardInterrupt: Ctrl-C.
     """
     robots = pool.map(
-        _read_robot,
+        read_robot_inputs,
         [design_robot(robot, space, values) for values in sampled_designs(space)],
         lambda _: WorkerLimits().seconds,
     )
@@ -128,23 +128,26 @@ def _samples(dimension: Dimension) -> list[Value]:
 
 
 @dataclass(frozen=True)
-class _ReadRobot:
+class ReadRobot:
+    """The files of a robot, also its meshes and controllers, and the names of its links and joints."""
+
     files: frozenset[str]
     parts: frozenset[str]
 
 
-def _read_robot(source: RobotSource) -> _ReadRobot:
+def read_robot_inputs(source: RobotSource) -> ReadRobot:
+    """Read a robot with all files on which its simulation depends."""
     loaded = load_robot(source.file, source.arguments, source.properties, Packages(source.packages))
     files = {resolve_robot_path(source.file), *loaded.expansion.dependencies}
     robot = loaded.robot
     if robot is None:
-        return _ReadRobot(frozenset(files), frozenset())
+        return ReadRobot(frozenset(files), frozenset())
     shapes = [shape.geometry for link in robot.links.values() for shape in link.shapes]
     files |= {shape.path for shape in shapes if isinstance(shape, Mesh) and shape.path is not None}
     with files_read() as read:
         list(controller_files(robot))
         with_nearby_drive(robot, DiagnosticCollector())
-    return _ReadRobot(frozenset({*files, *read}), frozenset({*robot.links, *robot.joints}))
+    return ReadRobot(frozenset({*files, *read}), frozenset({*robot.links, *robot.joints}))
 
 
 def _world_files(space: Space, tasks: Sequence[Task]) -> list[str]:

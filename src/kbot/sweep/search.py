@@ -91,7 +91,7 @@ class _Missing:
         self._chosen = 0
         """The number of designs that were chosen or skipped."""
         self._queue: Iterator[MissingRun] = iter(())
-        # numbers of an interval are equal only where an optimisation converges: a dictionary of them would grow
+        # random numbers of an interval are never equal, and a dictionary of a million would need memory
         is_drawn = plan.method in (Method.RANDOM, Method.LHS)
         self._may_repeat = plan.method is Method.OPTIMIZE or (is_drawn and plan.space.size is not None)
         self._first: dict[Values, int] = {}

@@ -151,7 +151,7 @@ def _require_rate(rate: float, timestep: float) -> int:
     steps = round(1.0 / (rate * timestep))
     if not steps or abs(steps * rate * timestep - 1.0) > 1e-6:
         raise KbotError(
-            f"an action at rate {rate:g} takes {1.0 / rate:g} s, which is not a whole number of time steps of "
-            f"timestep {timestep:g} s: change rate or timestep"
+            f"an action at rate {rate:g} takes {1.0 / rate:g} s, which is not a whole number of time steps "
+            f"of timestep {timestep:g} s: change rate or timestep"
         )
     return steps
