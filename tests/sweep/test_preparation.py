@@ -133,6 +133,35 @@ def test_the_libraries_that_choose_the_designs_are_recorded(method: Method, expe
         assert set(prepare(request, pool).versions) - {"kbot", "mujoco-core"} == expected
 
 
+def test_dimensions_have_the_units_of_the_robot_and_of_the_scenario() -> None:
+    start = "duration: 1\nsteps: [{command: {linear: 0.2}}]\n"
+    Path("two.scenario.yaml").write_text(
+        f"name: one\n{start}expect: [{{final_forward: {{min: 0}}}}]\n---\n"
+        f"name: two\n{start}expect: [{{max_tilt: {{max: 1}}}}]\n"
+    )
+    found = plan(
+        "wheel_radius=0.03,0.04",
+        "wheel_mass=0.1,0.2",
+        "seed=1,2",
+        "scenario.duration=1,2",
+        "scenario.steps.0.linear=0.1,0.2",
+        "scenario.expect.0.max=1,2",
+        robot="kbot",
+        scenario="two.scenario.yaml",
+    )
+    # the last one is a distance in one scenario, and an angle in the other
+    assert [each.unit for each in found.space.dimensions] == ["m", "kg", "", "s", "m/s", ""]
+
+
+def test_a_dimension_of_a_python_scenario_has_a_unit() -> None:
+    Path("drive.py").write_text(
+        "from kbot.trials import Command, Scenario, Step\n"
+        "scenarios = [Scenario('drive', 1.0, [Step(Command(0.2))])]\n"
+    )
+    found = plan("scenario.steps.0.angular=0.1,0.2", robot="kbot", scenario="drive.py")
+    assert [each.unit for each in found.space.dimensions] == ["rad/s"]
+
+
 def test_a_name_with_two_meanings_is_noted() -> None:
     write_robot(
         '<xacro:arg name="mass" default="1"/><xacro:property name="mass" value="2"/>'

@@ -21,7 +21,7 @@ from kbot.trials.scenario import RobotSource, Scenario
 HOSTILE = '<script>alert("x")</script>'
 SPACE = Space(
     (
-        Dimension("wheel_radius", "0.02:0.05", Interval(0.02, 0.05)),
+        Dimension("wheel_radius", "0.02:0.05", Interval(0.02, 0.05), unit="m"),
         Dimension("world", f"empty,{HOSTILE}", Choices(("empty", HOSTILE)), Target.WORLD),
     )
 )

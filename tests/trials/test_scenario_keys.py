@@ -6,10 +6,23 @@ from dataclasses import replace
 
 import pytest
 
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim.injected_faults import Payload
 from kbot.text import KbotError
-from kbot.trials import Bound, Command, InjectFault, JointCommand, Push, Range, Reaches, Scenario, Step
-from kbot.trials.scenario_keys import with_key, with_keys
+from kbot.trials import (
+    Bound,
+    Check,
+    Command,
+    InjectFault,
+    JointCommand,
+    Program,
+    Push,
+    Range,
+    Reaches,
+    Scenario,
+    Step,
+)
+from kbot.trials.scenario_keys import unit_of_key, with_key, with_keys
 
 STEPS = (
     Step(Command(0.2), 0.5),
@@ -48,6 +61,39 @@ def with_step(index: int, step: Step) -> Scenario:
 )
 def test_a_value_is_replaced(path: str, value: float, expected: Scenario) -> None:
     assert with_key(SCENARIO, path, value) == expected
+
+
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [
+        ("duration", "s"),
+        ("start.yaw", "rad"),
+        ("steps.0.linear", "m/s"),
+        ("steps.0.command.angular", "rad/s"),
+        ("steps.0.at", "s"),
+        ("steps.1.push.force.2", "N"),
+        ("steps.1.torque.0", "N m"),
+        ("steps.1.when.x.min", "m"),
+        ("steps.2.fault.mass", "kg"),
+        ("steps.2.fault.at.0", "m"),
+        ("steps.2.fault.duration", "s"),
+        ("steps.3.joints.lift", ""),  # depends on the joint
+        ("expect.0.path_length.max", "m"),
+        ("expect.1.yaw_within", "rad"),
+        ("expect.2.min", "J/m"),
+        ("until.tilt.max", "rad"),
+        ("programs.0.time_limit", "s"),
+    ],
+)
+def test_the_unit_of_a_value(path: str, unit: str) -> None:
+    scenario = replace(
+        SCENARIO,
+        start=PlanarPose(),
+        expect=(*EXPECT, Check("cost", lambda trace: 0.0, min=1.0, unit="J/m")),
+        until={"tilt": Range(max=1.0)},
+        programs=(Program("drive.py"),),
+    )
+    assert unit_of_key(scenario, path) == unit
 
 
 def test_several_values_are_replaced() -> None:

@@ -19,7 +19,12 @@ _Coordinate = TypeVar("_Coordinate", float, Array)
 
 @dataclass(frozen=True, slots=True)
 class PlanarPose:
-    """A position in metres and a heading in radians, which counts full turns and is not wrapped."""
+    """A position and a heading.
+
+    x    position in m
+    y    position in m
+    yaw  heading in rad, which counts full turns and is not wrapped
+    """
 
     x: float = 0.0
     y: float = 0.0

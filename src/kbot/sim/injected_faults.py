@@ -116,7 +116,13 @@ class Slip:
 
 @dataclass(frozen=True, slots=True)
 class Payload:
-    """An extra point mass of `mass` kg at the point `at` (m) in a link's frame."""
+    """An extra point mass on a link.
+
+    link   link that carries it
+    mass   its mass in kg
+    at     its position x, y, z in m, in the link's frame
+    robot  name of the robot; by default the first
+    """
 
     link: str
     mass: float
@@ -196,7 +202,12 @@ class SilentTopic:
 
 @dataclass(frozen=True, slots=True)
 class Kick:
-    """An instant change of the robot's velocity: m/s and rad/s in world axes."""
+    """An instant change of the robot's velocity.
+
+    linear   velocity x, y, z in m/s, in world axes
+    angular  velocity about x, y, z in rad/s, in world axes
+    robot    name of the robot; by default the first
+    """
 
     linear: Vector
     angular: Vector = (0.0, 0.0, 0.0)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from kbot.model.load import resolve_robot_path
+from kbot.model.units import units_of
 from kbot.sweep.designs import MOST_TOGETHER, Method
 from kbot.sweep.inputs import file_digests, read_inputs, scenario_files
 from kbot.sweep.objectives import parse_objectives
@@ -23,7 +24,7 @@ from kbot.trials.places import find_world
 from kbot.trials.pool import Pool, Task
 from kbot.trials.python_file import read_python_scenarios
 from kbot.trials.scenario import RobotSource, Scenario
-from kbot.trials.scenario_keys import with_key
+from kbot.trials.scenario_keys import unit_of_key, with_key
 from kbot.trials.selection import ALL, Overrides, require_names, robot_path, select_batteries
 from kbot.worker import WorkerLimits
 from kbot.world import built_in, parameters
@@ -107,7 +108,11 @@ def prepare(request: Request, pool: Pool) -> Plan:
         note(text)
     space = Space(
         tuple(
-            replace(each, target=Target.PROPERTY) if each.name in found.varied_properties else each
+            replace(
+                each,
+                target=Target.PROPERTY if each.name in found.varied_properties else each.target,
+                unit=found.units.get(each.name, ""),
+            )
             for each in space.dimensions
         )
     )
@@ -271,12 +276,14 @@ class _ReadResult:
     varied_properties  the names of dimensions that are top-level properties
     files              the files of the scenarios
     notes              one line for each name that has two meanings
+    units              the units of dimensions by name, as far as they are known
     """
 
     robot: RobotSource
     varied_properties: frozenset[str]
     files: frozenset[str]
     notes: tuple[str, ...]
+    units: Mapping[str, str]
 
 
 def _call(pool: Pool, work: Callable[[A], T], item: A, name: str) -> T:
@@ -298,6 +305,7 @@ def _read(reading: _ReadRequest) -> _ReadResult:
     fixed = {name: value for name, value in robot.arguments.items() if name not in first}
     properties = resolve_names(path, {**fixed, **first}, packages).require().properties
     files: set[str] = set()
+    units: dict[str, set[str]] = {each.name: set() for each in reading.space.dimensions}
     for task in reading.tasks:
         scenario = task.scenario
         if task.python_file:
@@ -306,16 +314,27 @@ def _read(reading: _ReadRequest) -> _ReadResult:
         for each in reading.space.dimensions:
             if each.target is Target.SCENARIO:
                 _require_key(scenario, each)
+                units[each.name].add(unit_of_key(scenario, each.name.partition(".")[2]))
         files |= set(scenario_files(scenario, reading.space))
     robot = replace(
         robot,
         arguments={name: value for name, value in fixed.items() if name not in properties},
         properties={name: value for name, value in fixed.items() if name in properties},
     )
-    notes = tuple(
-        _same_names(reading.space, expand(path, {**fixed, **first}, packages=packages, lenient=True))
+    expansion = expand(path, {**fixed, **first}, packages=packages, lenient=True)
+    of_parameters = units_of(expansion)
+    known = {**(expansion.scope.values if expansion.scope is not None else {}), **expansion.defaults}
+    for name in first:
+        if name in known:
+            units[name].add(of_parameters.get(id(known[name]), ""))
+    return _ReadResult(
+        robot,
+        frozenset(properties) & frozenset(first),
+        frozenset(files),
+        tuple(_same_names(reading.space, expansion)),
+        # scenarios may disagree, as about the bound of a measure
+        {name: each.pop() for name, each in units.items() if len(each) == 1},
     )
-    return _ReadResult(robot, frozenset(properties) & frozenset(first), frozenset(files), notes)
 
 
 def _same_names(space: Space, found: Expansion) -> Iterator[str]:

@@ -124,12 +124,14 @@ class Dimension:
     text    the values as the user typed them
     domain  the values
     target  what they set. An argument becomes a property when the robot is read
+    unit    of its values, as the robot or the scenario has it. Empty if it is not known, or there is none
     """
 
     name: str
     text: str
     domain: Choices | Levels | Interval
     target: Target = Target.ARGUMENT
+    unit: str = ""
 
     @property
     def count(self) -> int | None:

@@ -25,6 +25,7 @@ from kbot.text.yaml import Keys, YamlDocument
 KEY_UNKNOWN, KEY_MISSING, VALUE_WRONG, NAME_UNKNOWN = "T102", "T103", "T104", "T105"
 
 Schema = dict[str, object]
+_UNIT = re.compile(r"\bin (m/s|rad/s|m|rad|s|kg|N m|N)(?![\w/])")
 
 
 class _Wrong:
@@ -444,6 +445,12 @@ def field_texts(kind: object) -> dict[str, str]:
         else:
             name = ""
     return texts
+
+
+def unit_in(text: str) -> str:
+    """The unit that the text of a field names, as `speed forwards in m/s`. Empty if it names none."""
+    match = _UNIT.search(text)
+    return match[1] if match else ""
 
 
 def _is_fine(values: Iterable[object]) -> bool:

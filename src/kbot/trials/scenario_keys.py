@@ -1,4 +1,4 @@
-"""Replaces single values of a scenario, by the path of their key: `duration`, `steps.0.linear`.
+"""Replaces single values of a scenario by the path of their key: `duration`, `steps.0.linear`.
 
 A path has the keys that lead to a value in the YAML of the scenario, and the index in a list. The name of a
 step's action or of an expectation can be left out: `steps.0.linear` is `steps.0.command.linear`.
@@ -10,15 +10,18 @@ import dataclasses
 import types
 import typing
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from kbot.sim.injected_faults import FAULTS
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 from kbot.trials.actions import DriveWithPolicy, InjectFault, RunScript
-from kbot.trials.expectations import Bound
-from kbot.trials.scenario import Scenario, Step
+from kbot.trials.expectations import Bound, Check
+from kbot.trials.formats import field_texts, unit_in
+from kbot.trials.measures import find_measure
+from kbot.trials.quantities import require_quantity
+from kbot.trials.scenario import Range, Scenario, Step
 from kbot.trials.schema import ACTIONS, EXPECTATIONS
 
 KeyValue = int | float | str
@@ -48,52 +51,105 @@ def with_keys(scenario: Scenario, values: Mapping[str, KeyValue]) -> Scenario:
 
 def with_key(scenario: Scenario, path: str, value: KeyValue) -> Scenario:
     """A scenario with another value. Raises KbotError as `with_keys` does."""
-    keys = path.split(".")
-    if keys[0] in _OWN:
-        instead = {"world": "world", "seeds": "seed"}.get(keys[0])
+    first = path.partition(".")[0]
+    if first in _OWN:
+        instead = {"world": "world", "seeds": "seed"}.get(first)
         hint = f". Use --set {instead}=…" if instead else ""
-        raise KbotError(f"scenario.{keys[0]} cannot be replaced{hint}")
+        raise KbotError(f"scenario.{first} cannot be replaced{hint}")
     try:
-        found: Scenario = _replaced(scenario, Scenario, keys, value)
+        parts = _parts(scenario, path.split("."))
+        found = _converted(value, parts[-1].value, parts[-1].hint)
+        for part in reversed(parts):
+            found = part.with_value(found)
     except KbotError as error:
         raise KbotError(f"scenario.{path} = {value}: {error}") from None
+    replaced: Scenario = found
+    return replaced
+
+
+def unit_of_key(scenario: Scenario, path: str) -> str:
+    """The unit of a value by its path. Empty if it does not have one. Raises KbotError: no such key."""
+    unit = ""
+    for part in _parts(scenario, path.split(".")):
+        if isinstance(part.owner, Bound):
+            unit = find_measure(part.owner.measure).unit
+        elif isinstance(part.owner, Check):
+            unit = part.owner.unit
+        elif isinstance(part.value, Range):
+            unit = require_quantity(part.key).unit
+        elif dataclasses.is_dataclass(part.owner) and not isinstance(part.owner, Range):
+            unit = unit_in(field_texts(type(part.owner)).get(part.key, ""))
+    return unit
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A key of a path, after the names that can be left out are resolved.
+
+    owner  the dataclass, mapping or sequence that has the key
+    key    its field, key or index
+    value  what it has there
+    hint   the type of the value
+    """
+
+    owner: Any
+    key: str
+    value: Any
+    hint: Any
+
+    def with_value(self, value: Any) -> Any:  # noqa: ANN401 - of any field
+        """The owner with another value."""
+        if dataclasses.is_dataclass(self.owner) and not isinstance(self.owner, type):
+            return replace(self.owner, **{self.key: value})
+        if isinstance(self.owner, Mapping):
+            return {**self.owner, self.key: value}
+        index = int(self.key)
+        return (*self.owner[:index], value, *self.owner[index + 1 :])
+
+
+def _parts(scenario: Scenario, keys: Sequence[str]) -> list[_Part]:
+    """The parts of a path, from the scenario on. Raises KbotError: there is no such key."""
+    owner: Any = scenario
+    hint: Any = Scenario
+    found: list[_Part] = []
+    while keys:
+        part, keys = _part(owner, hint, keys[0], keys[1:])
+        if part is not None:
+            found.append(part)
+            owner, hint = part.value, part.hint
     return found
 
 
-def _replaced(owner: Any, hint: Any, keys: Sequence[str], value: KeyValue) -> Any:  # noqa: ANN401 - of any field
-    """An object with another value at the end of a path. `hint` is the type of the object."""
-    if not keys:
-        return _converted(value, owner, hint)
-    key, rest = keys[0], keys[1:]
+def _part(owner: Any, hint: Any, key: str, rest: Sequence[str]) -> tuple[_Part | None, Sequence[str]]:  # noqa: ANN401 - of any field
+    """The part of a key, and the keys that follow. None if the key is only the name of its owner."""
     if dataclasses.is_dataclass(owner) and not isinstance(owner, type):
-        return _replaced_field(owner, key, rest, value)
+        return _field(owner, key, rest)
     if isinstance(owner, Mapping):
         if key not in owner:
-            hint = suggest_or_list(key, map(str, owner)) if owner else "the scenario has none"
-            raise KbotError(f"there is no '{key}': {hint}")
-        inner = _replaced(owner[key], _item_hint(hint), rest, value)
-        return {**owner, key: inner}
+            known = suggest_or_list(key, map(str, owner)) if owner else "the scenario has none"
+            raise KbotError(f"there is no '{key}': {known}")
+        return _Part(owner, key, owner[key], _item_hint(hint)), rest
     if isinstance(owner, Sequence) and not isinstance(owner, str):
         if not (key.isascii() and key.isdecimal() and int(key) < len(owner)):
             raise KbotError(f"'{key}' is not the index of one of {len(owner)} items: the first is 0")
-        items = list(owner)
-        items[int(key)] = _replaced(items[int(key)], _item_hint(hint), rest, value)
-        return tuple(items)
+        return _Part(owner, key, owner[int(key)], _item_hint(hint)), rest
     raise KbotError(f"there is no '{key}': the scenario does not give a value that has parts")
 
 
-def _replaced_field(owner: Any, key: str, rest: Sequence[str], value: KeyValue) -> Any:  # noqa: ANN401
+def _field(owner: Any, key: str, rest: Sequence[str]) -> tuple[_Part | None, Sequence[str]]:  # noqa: ANN401 - a dataclass
     hints = typing.get_type_hints(type(owner))
     inner = _INNER.get(type(owner), "")
     if key in hints and key != inner and key != "place":
-        return replace(owner, **{key: _replaced(getattr(owner, key), hints[key], rest, value)})
+        return _Part(owner, key, getattr(owner, key), hints[key]), rest
     if inner:
         # the name of the action may be given or left out
         child = getattr(owner, inner)
-        path = rest if key == _name_of(child) and rest else (key, *rest)
-        return replace(owner, **{inner: _replaced(child, type(child), path, value)})
+        return _Part(owner, inner, child, type(child)), rest if key == _name_of(child) and rest else (
+            key,
+            *rest,
+        )
     if key == _name_of(owner) and rest:
-        return _replaced(owner, type(owner), rest, value)
+        return None, rest
     known = [name for name in hints if name not in ("place", *_OWN)]
     raise KbotError(f"there is no '{key}': {suggest_or_list(key, known)}")
 

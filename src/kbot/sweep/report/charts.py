@@ -3,52 +3,92 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 
 from kbot.render.plot import round_ticks
-from kbot.sweep.space import Value
+from kbot.sweep.space import Choices, Dimension, Levels, Value
 
 _FONT = 'font-family="sans-serif" font-size="12" fill="currentColor"'
 _LETTER = 7
 """Width of a letter in pixels."""
 _LONGEST = 28
 """Characters of a label. A stranger's world may have any name."""
+_LONGEST_LABEL = 21
+"""Characters of the label of one of many parallel axes: a longer one would cover that of the next axis."""
+_LINE = 15
+"""Height of a line of text in pixels."""
+_FEW = 12
+"""Values of a range that has a tick at each. More have ticks at round numbers."""
 _MOST_TEXTS = 30
 """Ticks of an axis of texts. More would cover each other."""
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An axis of numbers, or of texts. `label` has the unit, `hint` names the better end."""
+    """An axis of numbers, or of texts.
+
+    label       with the unit
+    hint        names the better end
+    texts       all values of an axis of texts
+    values      the only values, if they are few
+    is_integer  whether all values are integers
+    """
 
     label: str
     low: float
     high: float
-    texts: tuple[str, ...] = ()
     hint: str = ""
+    texts: tuple[str, ...] = ()
+    values: tuple[float, ...] = ()
+    is_integer: bool = False
 
     def at(self, value: Value) -> float:
         """The place of a value, from 0 to 1."""
         number = self.texts.index(value) if isinstance(value, str) else value
         return (float(number) - self.low) / (self.high - self.low)
 
-    def ticks(self, most: float) -> list[tuple[float, str]]:
-        """Places and texts."""
+    def ticks(self, most: float, room: Callable[[str], float]) -> list[tuple[float, str]]:
+        """Places and texts: at most about `most` round numbers, or the values if they are few.
+
+        `room` is the share of the axis that a text needs. A value without room has no tick.
+        """
         if self.texts:
             return [(self.at(text), shortened(text)) for text in self.texts[:_MOST_TEXTS]]
-        return [(self.at(tick), f"{tick:.12g}") for tick in round_ticks(self.low, self.high, most)]
+        if not self.values:
+            found = [each for each in round_ticks(self.low, self.high, most) if not self._is_between(each)]
+            return [(self.at(each), f"{each:.12g}") for each in found]
+        ticks: list[tuple[float, str]] = []
+        for value in self.values:
+            place, text = self.at(value), f"{value:.0f}" if self.is_integer else f"{value:.6g}"
+            has_room = not ticks or place - ticks[-1][0] >= (room(text) + room(ticks[-1][1])) / 2
+            if has_room and 0.0 <= place <= 1.0:
+                ticks.append((place, text))
+        return ticks
+
+    def _is_between(self, tick: float) -> bool:
+        """Whether a number is between two integers, which are the only values."""
+        return self.is_integer and not tick.is_integer()
 
 
-def axis(label: str, values: Sequence[Value], texts: tuple[str, ...] = (), hint: str = "") -> Axis:
-    """The axis of some values. The label includes the unit. `texts` are all values of an axis of texts."""
+def axis(label: str, values: Sequence[Value], dimension: Dimension | None = None, hint: str = "") -> Axis:
+    """The axis of some values of a dimension or of a measure. The label includes the unit."""
+    domain = dimension.domain if dimension is not None else None
+    listed: list[Value] = []
+    if isinstance(domain, Choices):
+        listed = domain.samples()
+    elif isinstance(domain, Levels) and domain.count <= _FEW:
+        listed = [domain.nth(index) for index in range(domain.count)]
+    texts = tuple(value for value in listed if isinstance(value, str))
     if texts:
-        return Axis(label, -0.5, len(texts) - 0.5, texts, hint)
+        return Axis(label, -0.5, len(texts) - 0.5, hint, texts)
+    few = tuple(sorted(float(value) for value in listed))
+    is_integer = dimension is not None and dimension.kind is int
     numbers = [float(value) for value in values if math.isfinite(float(value))] or [0.0]
     low, high = min(numbers), max(numbers)
     margin = 0.05 * (high - low) or 0.1 * abs(low) or 0.5
-    return Axis(label, low - margin, high + margin, (), hint)
+    return Axis(label, low - margin, high + margin, hint, values=few, is_integer=is_integer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +116,11 @@ _ORDER = {"failed": 0, "passed": 1, "best": 2}
 def shortened(text: str) -> str:
     """A text of at most `_LONGEST` characters."""
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def _end_of(label: str) -> str:
+    """The end of a label, which has the last part of a path and the unit, between the axes beside it."""
+    return label if len(label) <= _LONGEST_LABEL else f"…{label[1 - _LONGEST_LABEL :]}"
 
 
 def _colour(mark: Mark) -> str:
@@ -112,10 +157,10 @@ def parallel_svg(axes: Sequence[Axis], lines: Sequence[Mark]) -> str:
         anchor = "start" if number == 0 else "end" if number == len(axes) - 1 else "middle"
         at = x - 40 if number == 0 else x + 70 if number == len(axes) - 1 else x
         label = f'x="{at:.1f}" text-anchor="{anchor}"'
-        parts.append(f'<text {label} y="18" font-weight="600">{escape(shortened(each.label))}</text>')
+        parts.append(f'<text {label} y="18" font-weight="600">{escape(_end_of(each.label))}</text>')
         parts.append(f'<text {label} y="34" fill="var(--quiet)">{escape(each.hint)}</text>')
         parts.append(f'<path d="M{x:.1f} {top}v{inner}" stroke="var(--strong-line)" stroke-width="1.5"/>')
-        for fraction, text in each.ticks(6):
+        for fraction, text in each.ticks(6, lambda _: _LINE / inner):
             tick = top + (1.0 - fraction) * inner
             parts.append(f'<path d="M{x:.1f} {tick:.1f}h6" stroke="var(--strong-line)"/>')
             parts.append(
@@ -131,7 +176,7 @@ def scatter_svg(
     """Points of designs, and the steps of the Pareto front through `front`."""
     width, height, top, right, bottom = 400, 270, 14, 16, 46
     inner_height = height - top - bottom
-    y_ticks = y_axis.ticks(inner_height / 40)
+    y_ticks = y_axis.ticks(inner_height / 40, lambda _: _LINE / inner_height)
     left = 38 + _LETTER * max((len(text) for _, text in y_ticks), default=0)
     inner_width = width - left - right
 
@@ -139,7 +184,9 @@ def scatter_svg(
         return left + x_axis.at(values[0]) * inner_width, top + (1.0 - y_axis.at(values[1])) * inner_height
 
     parts = [_head(width, height, f"{y_axis.label} against {x_axis.label}")]
-    for fraction, text in x_axis.ticks(inner_width / 70):
+    for fraction, text in x_axis.ticks(
+        inner_width / 70, lambda text: _LETTER * (len(text) + 1) / inner_width
+    ):
         x = left + fraction * inner_width
         parts.append(f'<path stroke="var(--line)" d="M{x:.1f} {top}v{inner_height}"/>')
         parts.append(f'<text x="{x:.1f}" y="{height - 28}" text-anchor="middle">{escape(text)}</text>')

@@ -12,23 +12,20 @@ from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from kbot.model.load import resolve_robot_path
-from kbot.model.units import units_of
 from kbot.sweep.designs import Method
 from kbot.sweep.report.charts import Axis, Mark, axis, parallel_svg, scatter_svg, share_svg
 from kbot.sweep.report.sensitivity import Effect, effect
 from kbot.sweep.space import Value
 from kbot.text.files import write_bytes
-from kbot.trials.measures import find_measure, is_measure
+from kbot.trials.measures import find_measure
 from kbot.trials.pool import Pool, run_tasks
 from kbot.trials.reports.html import Room, escaped, events, film_and_path, page
 from kbot.trials.results import TrialResult, with_unit
-from kbot.xacro import Packages, expand
 
 if TYPE_CHECKING:
     from kbot.sweep.plan import Plan
     from kbot.sweep.results import Design, Results
-    from kbot.trials.scenario import RobotSource
+    from kbot.sweep.space import Dimension
 
 MOST_LINES = 500
 """Designs in a chart. More lines hide each other."""
@@ -72,9 +69,9 @@ class _Column:
 
     name: str
     unit: str
-    texts: tuple[str, ...] = ()
-    """The values of a dimension of texts."""
     hint: str = ""
+    dimension: Dimension | None = None
+    """None if the objective is a measure."""
 
     @property
     def label(self) -> str:
@@ -94,27 +91,18 @@ class _Report:
         plan = self._plan = results.plan
         self._designs = results.designs
         self._best = {design.number: index for index, design in enumerate(results.best)}
-        units = _units(plan.robot)
         hints = {e.name: "higher is better" if e.is_maximum else "lower is better" for e in plan.objectives}
         self._dimensions = [
-            _Column(
-                each.name,
-                units.get(each.name, ""),
-                tuple(map(str, each.domain.samples())) if each.kind is str else (),
-                hints.get(each.name, ""),  # a dimension may be an objective
-            )
+            # a dimension may be an objective
+            _Column(each.name, each.unit, hints.get(each.name, ""), each)
             for each in plan.space.dimensions
         ]
+        varied = {each.name: each for each in self._dimensions}
         self._objectives = [
-            _Column(
-                each.name,
-                find_measure(each.name).unit if is_measure(each.name) else units.get(each.name, ""),
-                hint=hints[each.name],
-            )
+            varied.get(each.name) or _Column(each.name, find_measure(each.name).unit, hints[each.name])
             for each in plan.objectives
         ]
-        names = {each.name for each in self._dimensions}
-        self._columns = [*self._dimensions, *(each for each in self._objectives if each.name not in names)]
+        self._columns = [*self._dimensions, *(each for each in self._objectives if each.name not in varied)]
         self._measured = [
             design for design in self._designs if not any(map(math.isnan, design.objectives.values()))
         ]
@@ -295,7 +283,7 @@ class _Report:
         return "".join(f"<p>{escaped(line)}</p>" for line in lines)
 
     def _axis(self, column: _Column) -> Axis:
-        return axis(column.label, self._values(self._measured, column), column.texts, column.hint)
+        return axis(column.label, self._values(self._measured, column), column.dimension, column.hint)
 
     def _sampled(self) -> str:
         more = len(self._measured) - len(self._shown)
@@ -338,15 +326,6 @@ class _Report:
         """The lowest and highest value of the first objective."""
         values = self._floats(self._measured, self._objectives[0])
         return min(values), max(values)
-
-
-def _units(robot: RobotSource) -> Mapping[str, str]:
-    """The units of the robot's parameters by name."""
-    path = resolve_robot_path(robot.file)
-    expansion = expand(path, robot.arguments, packages=Packages(robot.packages), lenient=True)
-    units = units_of(expansion)
-    known = {**expansion.defaults, **(expansion.scope.values if expansion.scope is not None else {})}
-    return {name: units.get(id(binding), "") for name, binding in known.items()} | {"seed": ""}
 
 
 def _spread(designs: Sequence[Design], most: int, kept: Mapping[int, int]) -> list[Design]:
