@@ -84,7 +84,8 @@ class _Outputs:
     multiple=True,
     metavar="NAME=VALUES",
     help="What varies: low:high:count, low:high, or a list a,b,c. NAME is an argument or top-level property "
-    "of the robot, world, seed, or a key such as scenario.duration. Can be repeated.",
+    "of the robot, world, a parameter such as world.height, seed, or a key such as scenario.duration. "
+    "Can be repeated.",
 )
 @click.option(
     "--scenario",
@@ -146,7 +147,7 @@ class _Outputs:
     "--yes",
     "confirmed",
     is_flag=True,
-    help="Run a very large sweep without a question, and let --write overwrite files.",
+    help="Run a very large sweep, and let --write overwrite files without a question.",
 )
 @click.option(
     "--limit-time",

@@ -156,7 +156,7 @@ class StaysUpright:
 class Settles:
     """The robot comes to rest, and rests until the end.
 
-    within  longest time in s after the scenario's last step began
+    within  longest time in s since the scenario's last step began
     """
 
     within: float

@@ -88,7 +88,7 @@ class Program:
     transport   how a `kbot.Node` connects: `local`, `ros1` or `ros2`
     lockstep    whether time waits for it. Only a `kbot.Node` answers. Without it, the run keeps real time and
                 is not deterministic
-    time_limit  time in s of wall-clock time within which it answers
+    time_limit  longest time in s until it answers (wall-clock time)
     """
 
     file: str
@@ -103,7 +103,7 @@ class Scenario:
     """What is tried.
 
     name         name of the scenario
-    duration     length of the run in s of simulated time
+    duration     length of the run in s (simulated time)
     steps        what happens
     expect       what is expected
     robot        by default it is given when the scenario is run
