@@ -258,3 +258,53 @@ def test_other_units_are_named(tmp_path, rng, column, factor, expected):
     table[:, column] *= factor
     with pytest.raises(KbotError, match=expected):
         identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+
+
+SWAPPED = [0, 1, 2, 4, 3, 5]
+
+
+@settings(max_examples=25)
+@given(
+    truth=st.builds(
+        Truth,
+        sensor_x=lengths(-0.3, 0.3),
+        sensor_y=lengths(-0.2, 0.2),
+        sensor_yaw=lengths(-3.1, 3.1),
+    ),
+    noise=st.sampled_from([0.0, 0.001, 0.01]),
+    seed=st.integers(0, 1000),
+)
+def test_only_exchanged_columns_are_refused(tmp_path_factory, truth, noise, seed):
+    """At every pose of the sensor. A turn of 0.25 rad in 0.12 m moves the sensor 15 mm to the side."""
+    rng = np.random.default_rng(seed)
+    table = rows(truth, speeds(truth, 100, rng), rng, slip=0.01, noise=(noise, 0.001))
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    identified(write(path, DISPLACEMENTS, table))
+    if noise < 0.01:
+        with pytest.raises(KbotError, match="displacement_x and displacement_y are exchanged"):
+            identified(write(path, DISPLACEMENTS, table[:, SWAPPED]))
+
+
+@pytest.mark.parametrize("change", [SWAPPED, (1, 1, 1, 1, -1, 1)])
+def test_mirrored_poses_are_refused(tmp_path, rng, change):
+    table = rows(Truth(), speeds(Truth(), 100, rng), rng, slip=0.01, noise=(0.001, 0.001))
+    table[:, 0], table[:, 3:] = np.cumsum(table[:, 0]), chained(table[:, 3:])
+    changed = table[:, change] if change is SWAPPED else table * change
+    with pytest.raises(KbotError, match="pose_x and pose_y are exchanged, or one of them has the wrong sign"):
+        identified(write(tmp_path / "log.csv", POSES, changed))
+
+
+def test_exact_drives_along_a_line_are_not_taken_as_exchanged(tmp_path, rng):
+    truth = Truth(left_wheel_radius=0.035, right_wheel_radius=0.035)
+    for yaw in np.linspace(-3.0, 3.0, 7):
+        wheels = np.tile(rng.uniform(2.0, 10.0, (40, 1)), 2)
+        table = rows(dataclasses.replace(truth, sensor_yaw=yaw), wheels, rng)
+        identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))
+
+
+@pytest.mark.parametrize("count", [4, 6, 10])
+def test_short_logs_are_not_taken_as_exchanged(tmp_path, count):
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        table = rows(Truth(), speeds(Truth(), count, rng), rng, slip=0.01, noise=(0.005, 0.01))
+        identified(write(tmp_path / "log.csv", DISPLACEMENTS, table))

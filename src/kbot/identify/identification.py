@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.identify.dynamic import DELAY, ENCODER, GYRO, TIME_CONSTANT, gyro_scale, response
-from kbot.identify.kinematic import KinematicFit, fit
+from kbot.identify.kinematic import KinematicFit, fit, rough_error
 from kbot.identify.log import Array, DriveLog, Motions, motions_of
 from kbot.identify.nominal import Nominal
 from kbot.identify.odometry_model import CURVATURE, LEFT, RIGHT, YAW, residuals
@@ -49,6 +49,11 @@ _ALIASED = 0.5
 """Error of rotation in rad from which the turns are not explained: those of wrong units alias."""
 _INACCURATE = 0.1
 """Error in rad of a rotation from which the reference may be in degrees."""
+_MIRRORED = 1.5
+"""Ratio of the mean errors of translation as they are and with x and y exchanged, from which the reference is
+mirrored. Over 600 synthetic robots with correct columns, the ratio was at most 1.13, in a log of 20 intervals.
+With exchanged columns and a ratio below 1.5, noise hides the difference: the errors of the wheel sizes were at
+most twice the half-width of their intervals."""
 _NEGLIGIBLE = np.array([1e-4, 1e-4, 1e-3])
 """Errors in m, m and rad below which an outlier is not a slip or a collision. In a recording of KBot without
 noise, a difference of a time stamp in the last digit makes an outlier."""
@@ -95,6 +100,7 @@ def _identify(log: DriveLog, nominal: Nominal) -> Identification:
     all_motions = motions_of(log)
     is_moving = all_motions.is_moving
     motions = all_motions.only(is_moving)
+    _require_axes(log, motions, nominal)
     found = fit(motions, nominal.start)
     _require_radians(log, found, nominal)
     _require_plausible(log, motions, found, nominal)
@@ -194,6 +200,26 @@ def _is_observable(low: Array, high: Array, nominal: Nominal) -> NDArray[np.bool
     sizes = np.array([left, right, separation, separation, separation, 1.0])
     observable &= (high - low) / 2.0 < _WIDEST * sizes
     return observable
+
+
+def _require_axes(log: DriveLog, motions: Motions, nominal: Nominal) -> None:
+    """Fail if the reference explains the log only with x and y exchanged.
+
+    The exchange is a reflection, which no pose of the sensor explains: the sensor then moves aside as in turns
+    to the other side. Drives along a line do not show it. Nor does a reference without rotations, in which
+    exchanged wheels look the same.
+    """
+    swap = [1, 0, 2]
+    other = motions_of(replace(log, displacements=log.displacements[:, swap], poses=log.poses[:, swap]))
+    other = other.only(other.is_moving)
+    if rough_error(motions, nominal.start) > _MIRRORED * rough_error(other, nominal.start):
+        kind = "pose" if np.isfinite(log.poses).any() else "displacement"
+        topic = log.sources.get("reference")
+        names = f"{kind}_x and {kind}_y" if topic is None else f"x and y of {topic}"
+        raise KbotError(
+            f"{log.path}: {names} are exchanged, or one of them has the wrong sign: the reference moves aside "
+            "as in turns to the other side. x is forwards, y to the left, and yaw counterclockwise"
+        )
 
 
 def _require_radians(log: DriveLog, found: KinematicFit, nominal: Nominal) -> None:

@@ -114,6 +114,19 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
     return KinematicFit(estimate, widths, is_outlier, model.residuals)
 
 
+def rough_error(motions: Motions, nominal: Array) -> float:
+    """The mean error in m of the translations, with the parameters from which `fit` starts.
+
+    It is at least that of rounded numbers. NaN if the reference has no translations, or no rotations.
+    """
+    left = residuals(_start(motions, nominal), motions)
+    errors = np.hypot(left[:, 0], left[:, 1])
+    known = errors[np.isfinite(errors)]
+    if not known.size or not np.isfinite(left[:, 2]).any():
+        return np.nan
+    return max(float(known.mean()), SMALLEST[0])
+
+
 def _kept(model: Linearization, is_outlier: NDArray[np.bool_]) -> Linearization:
     """The displacements that are not outliers. Raises LinAlgError: there are none."""
     if is_outlier.all():
