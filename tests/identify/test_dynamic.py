@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kbot.identify.csv_file import read_csv
-from kbot.identify.dynamic import DELAY, ENCODER, GYRO, TIME_CONSTANT, response
+from kbot.identify.dynamic import DELAY, ENCODER, GYRO, TIME_CONSTANT, Response, response
 from kbot.identify.identification import identify
 from kbot.identify.nominal import read_nominal
 
@@ -62,7 +62,7 @@ def wheel_commands(twists):
 def test_a_log_without_noise_gives_the_response_back(tmp_path_factory, scale, delay, constant, seed):
     twists = commands(np.random.default_rng(seed))
     wheels = followed(wheel_commands(twists), scale, delay / 1000, constant)
-    found = response(log(tmp_path_factory.mktemp("log"), twists, wheels), NOMINAL)
+    found = response(log(tmp_path_factory.mktemp("log"), twists, wheels), NOMINAL).observable
     assert found[ENCODER].value == pytest.approx(scale, abs=1e-3)
     assert found[DELAY].value == pytest.approx(delay / 1000, abs=1e-3)
     assert found[TIME_CONSTANT].value == pytest.approx(constant, abs=1e-3)
@@ -75,7 +75,7 @@ def test_the_intervals_contain_the_truth_in_95_of_100_logs(tmp_path):
         truth = (rng.uniform(0.9, 1.1), rng.integers(0, 300) / 1000, rng.uniform(0.05, 0.4))
         twists = commands(rng)
         wheels = followed(wheel_commands(twists), *truth) + rng.normal(0.0, 0.1, twists.shape)
-        found = response(log(tmp_path, twists, wheels), NOMINAL)
+        found = response(log(tmp_path, twists, wheels), NOMINAL).observable
         hits += [
             found[name].low <= value <= found[name].high
             for name, value in zip((ENCODER, DELAY, TIME_CONSTANT), truth, strict=True)
@@ -86,7 +86,7 @@ def test_the_intervals_contain_the_truth_in_95_of_100_logs(tmp_path):
 def test_a_constant_command_shows_only_the_scale(tmp_path):
     twists = np.full((100, 2), (0.3, 0.5))
     wheels = 0.9 * wheel_commands(twists) + np.random.default_rng(1).normal(0.0, 0.01, (100, 2))
-    found = response(log(tmp_path, twists, wheels), NOMINAL)
+    found = response(log(tmp_path, twists, wheels), NOMINAL).observable
     assert list(found) == [ENCODER]
     assert found[ENCODER].value == pytest.approx(0.9, abs=1e-3)
 
@@ -97,7 +97,7 @@ def test_an_empty_command_cell_is_the_last_command(tmp_path):
     sparse = twists.copy()
     is_repeated = np.concatenate([[False], (np.diff(twists, axis=0) == 0.0).all(axis=1)])
     sparse[is_repeated] = np.nan
-    found, expected = (response(log(tmp_path, each, wheels), NOMINAL) for each in (sparse, twists))
+    found, expected = (response(log(tmp_path, each, wheels), NOMINAL).observable for each in (sparse, twists))
     assert found[ENCODER].value == pytest.approx(0.9, abs=1e-3)
     assert found == expected
 
@@ -133,4 +133,28 @@ def test_commands_that_do_not_move_the_wheels_show_nothing(tmp_path):
     rng = np.random.default_rng(3)
     twists = commands(rng)
     wheels = followed(wheel_commands(commands(rng)), 1.0, 0.1, 0.2)
-    assert response(log(tmp_path, twists, wheels), NOMINAL) == {}
+    assert response(log(tmp_path, twists, wheels), NOMINAL) == Response({})
+
+
+def test_limits_of_acceleration_do_not_change_the_scale(tmp_path):
+    """Each wheel speed changes by at most 20 rad/s^2: a ramp, which the exponential of the model is not."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        twists = np.repeat(commands(rng), 3, axis=0)
+        commanded = 0.95 * wheel_commands(twists)
+        wheels = np.empty_like(commanded)
+        speed = commanded[0]
+        for index, wanted in enumerate(commanded):
+            before = speed
+            speed = speed + np.clip(wanted - speed, -20.0 * STEP, 20.0 * STEP)
+            wheels[index] = (before + speed) / 2.0
+        found = response(log(tmp_path, twists, wheels), NOMINAL).observable[ENCODER]
+        assert found.low <= 0.95 <= found.high
+        assert found.value == pytest.approx(0.95, abs=2e-3)
+
+
+def test_the_error_of_the_response_is_that_of_the_noise(tmp_path):
+    rng = np.random.default_rng(5)
+    twists = commands(rng, 400)
+    wheels = followed(wheel_commands(twists), 0.9, 0.1, 0.2) + rng.normal(0.0, 0.1, twists.shape)
+    assert response(log(tmp_path, twists, wheels), NOMINAL).wheel_speed == pytest.approx(0.1, rel=0.1)

@@ -65,6 +65,8 @@ class Residual:
     intervals, outliers    numbers of displacements of the reference that are used and left out
     translation, rotation  root mean square of the errors, in m and rad; None if the reference has none
     nominal_translation, nominal_rotation  the same with the description's values
+    wheel_speed            root mean square of the errors in rad/s of the wheel speeds that the commands and
+                           the fitted response predict; None if the log does not show the response
     """
 
     intervals: int
@@ -73,6 +75,7 @@ class Residual:
     rotation: float | None
     nominal_translation: float | None
     nominal_rotation: float | None
+    wheel_speed: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +106,7 @@ class Identification:
                 "rotation": residual.rotation,
                 "nominal_translation": residual.nominal_translation,
                 "nominal_rotation": residual.nominal_rotation,
+                "wheel_speed": residual.wheel_speed,
             },
             "sources": dict(self.sources),
         }
@@ -134,6 +138,8 @@ class Identification:
             if after is not None:
                 compared = "" if before is None else f" (with the file: {before:.3g} {unit})"
                 lines.append(f"error of {what} in an interval: {after:.3g} {unit}{compared}")
+        if residual.wheel_speed is not None:
+            lines.append(f"error of the wheel speeds after commands: {residual.wheel_speed:.3g} rad/s")
         if self.sources:
             lines.append("sources: " + ", ".join(f"{name} {source}" for name, source in self.sources.items()))
         return "\n".join(lines)
