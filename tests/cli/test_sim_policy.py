@@ -129,7 +129,7 @@ def test_a_policy_that_follows_paths_is_one_error(tmp_path: Path, capsys: pytest
     interface = PolicyInterface("path", linear=(0.0, 0.3), angular=(-2.0, 2.0))
     save_policy(constant(interface), interface, tmp_path / "follow.onnx")
     assert run([*ROBOT, "--policy", str(tmp_path / "follow.onnx"), "--port", "0", "--no-browser"]) == 2
-    assert "error: the policy drives to a path, not to a goal" in capsys.readouterr().err
+    assert "error: the policy follows a path, and cannot drive to a goal" in capsys.readouterr().err
 
 
 def test_goals_of_a_bridge_use_the_policy(
@@ -151,14 +151,16 @@ def test_goals_of_a_bridge_use_the_policy(
     assert reports[-2:] == ["driving", "reached"]
 
 
-def test_speeds_that_the_robot_cannot_reach_are_one_note(
+def test_speeds_that_the_robot_cannot_reach_are_one_finding(
     tmp_path: Path, straight_policy: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     interface = PolicyInterface("goal", linear=(0.0, 2.0), angular=(-20.0, 20.0))
     save_policy(constant(interface), interface, tmp_path / "fast.onnx")
     words = ("--headless", "--goto", "1,0", "--duration", "0.1")
     assert run([*ROBOT, "--policy", str(tmp_path / "fast.onnx"), *words]) == 1
-    (note,) = (line for line in capsys.readouterr().err.splitlines() if "policy" in line)
-    assert note.startswith("note: the policy commands up to 2 m/s, but robot 'kbot' only reaches ")
+    (finding,) = (line for line in capsys.readouterr().err.splitlines() if "commands" in line)
+    assert finding.startswith("info: the policy commands up to 2 m/s, but robot 'kbot' only reaches 1 m/s")
+    run([*ROBOT, "--policy", str(tmp_path / "fast.onnx"), *words, "--json"])
+    assert [each["code"] for each in json.loads(capsys.readouterr().out)["findings"]] == ["W308"]
     assert run([*ROBOT, "--policy", str(straight_policy), *words]) == 1
     assert "policy" not in capsys.readouterr().err

@@ -18,6 +18,7 @@ import kbot
 from kbot.learn.policies.policy import Policy, PolicyController
 from kbot.messages import Header, Odometry, Twist
 from kbot.messages.sensing import LaserScan
+from kbot.model.writer import to_urdf
 from kbot.navigation import GoToPose, Observation, ObstacleGuard, outline, twist
 from kbot.record.run_outputs import RunOutputs
 from kbot.ros.client.pilot import NodePilot
@@ -58,7 +59,7 @@ class Recorded:
     """A node without peers. `periods` has the seconds between the calls of its timers."""
 
     def __init__(self) -> None:
-        self.now, self.periods = 0.0, []
+        self.now, self.periods, self.description = 0.0, [], ""
         self.receive, self.published = {}, []
 
     def subscribe(self, topic: str, _: type, callback: object) -> None:
@@ -69,6 +70,10 @@ class Recorded:
 
     def every(self, period: float, _: object) -> None:
         self.periods.append(period)
+
+    def param(self, name: str, default: str) -> str:
+        assert name == "robot_description"
+        return self.description or default
 
 
 def test_a_scan_that_does_not_show_what_is_behind_the_robot_ends_the_goal(straight_policy: Path) -> None:
@@ -99,6 +104,28 @@ def test_the_pilot_keeps_the_rate_of_a_policy(straight_policy: Path, rate: float
     if rate > 20.0:
         with pytest.raises(kbot.KbotError, match="must be updated 50 times per second"):
             NodePilot(node, controller, rate=20.0)
+
+
+def test_the_pilot_reports_a_policy_that_is_faster_than_the_described_robot(
+    straight_policy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    node, policy = Recorded(), Policy.read(straight_policy)
+    policy = replace(policy, interface=replace(policy.required_interface, angular=(-20.0, 20.0)))
+    controller = PolicyController(policy, kbot.PlanarPose(2.0, 0.0))
+    guard = ObstacleGuard(controller, outline(kbot.load("kbot"), "base_footprint"))
+    NodePilot(node, guard)
+    assert not capsys.readouterr().err  # without a description
+    node.description = "no robot"
+    NodePilot(node, guard)
+    assert not capsys.readouterr().err
+    node.description = to_urdf(kbot.load("kbot", lidar=True))
+    NodePilot(node, guard)
+    # two wheels at 1 m/s, 0.174 m apart
+    assert capsys.readouterr().err == (
+        "info: the policy commands up to 20 rad/s, but robot 'kbot' only reaches 11.5 rad/s [W308]\n"
+    )
+    NodePilot(node, PolicyController(Policy.read(straight_policy), kbot.PlanarPose(2.0, 0.0)))
+    assert not capsys.readouterr().err
 
 
 def _until(node: kbot.Node, met: object, seconds: float = 60.0) -> bool:

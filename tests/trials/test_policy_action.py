@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from kbot.learn import Policy, save_policy
 from kbot.text import Diagnostic, KbotError
 from kbot.trials import Bound, Command, DriveWithPolicy, Goal, Point, RobotSource, Scenario, Step, run_trial
 from kbot.trials.python_file import read_python_scenarios
@@ -65,6 +66,15 @@ def test_a_robot_without_the_policys_lidar_is_an_error(straight_policy: Path) ->
     step = Step(DriveWithPolicy(str(straight_policy), Point(1.0, 0.0)))
     result = run_trial(scenario(step, robot=RobotSource("kbot")))
     assert "step 1, policy to 1, 0: the policy sees obstacles with a lidar" in result.error
+
+
+def test_a_policy_that_is_faster_than_the_robot_is_a_finding(tmp_path: Path, straight_policy: Path) -> None:
+    policy = Policy.read(straight_policy)
+    faster = replace(policy.required_interface, linear=(0.0, 2.0))
+    save_policy(policy.network.data, faster, tmp_path / "fast.onnx")
+    step = Step(DriveWithPolicy(str(tmp_path / "fast.onnx"), Point(0.6, 0.0)))
+    result = run_trial(replace(scenario(step), duration=0.2))
+    assert [found.code for found in result.findings] == ["W308"]
 
 
 def test_a_policy_that_does_not_fit_is_an_error_before_the_run(straight_policy: Path) -> None:

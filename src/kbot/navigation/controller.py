@@ -96,6 +96,15 @@ def required_rate(controller: Controller) -> float:
     return rate
 
 
+def top_speeds(controller: Controller) -> tuple[float, float, float] | None:
+    """The highest speeds that a controller commands: forward and to the left in m/s, and turning in rad/s.
+
+    They are its attribute `top_speeds`; None without one.
+    """
+    speeds: tuple[float, float, float] | None = getattr(controller, "top_speeds", None)
+    return speeds
+
+
 def require_rate(controller: Controller, rate: float) -> float:
     """The rate of a pilot in Hz. Raises KbotError: its controller must be updated more often."""
     if rate < required_rate(controller) - 1e-9:

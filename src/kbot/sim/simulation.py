@@ -103,6 +103,8 @@ class Simulation:
         self.printed = PrintedLines(self.bus, self.clock)
         """The lines that the user's program prints."""
         self._plots = Plots(self.bus)
+        self.driver_findings: list[Diagnostic] = []
+        """Findings about what drives the first robot, such as a policy. A reset does not clear them."""
         name = naming.name or robot.name
 
         def at(pose: PlanarPose) -> tuple[Prepared, Assembly]:
@@ -236,9 +238,9 @@ class Simulation:
 
         W301: odometry is wrong. W302: the robot hardly moves though it is commanded. W303: it fell over.
         W304: it is below the floor. W305: its command is far above what the drive allows. A reset or another
-        placement of the robot clears them.
+        placement of the robot clears them. W308: its policy is faster than the robot.
         """
-        return self._findings.find()
+        return (*self._findings.find(), *self.driver_findings)
 
     @property
     def joint_positions(self) -> dict[str, float]:

@@ -100,6 +100,21 @@ def test_the_default_inputs_of_the_robot_apply_without_a_description(simulation:
         fitted(Policy(read_network(towards_goal(BLIND))), simulation)
 
 
+def test_a_policy_that_is_faster_than_the_robot_is_one_finding(simulation: kbot.Simulation) -> None:
+    """The wheels of kbot turn at 1 m/s at most. A policy for this robot may exceed it by rounding."""
+    slow = policy(replace(BLIND, linear=(0.0, 1.005)))
+    fitted(slow, simulation)
+    assert not simulation.findings
+    fast = policy(replace(BLIND, linear=(-2.0, 1.0)))
+    for _ in range(2):
+        fitted(fast, simulation)
+    (finding,) = simulation.findings
+    assert finding.code == "W308"
+    assert finding.message == "the policy commands up to 2 m/s, but robot 'kbot' only reaches 1 m/s"
+    simulation.reset()
+    assert simulation.findings == (finding,)
+
+
 def test_a_policy_that_does_not_fit_is_refused(simulation: kbot.Simulation) -> None:
     lateral = policy(replace(BLIND, lateral=(-0.2, 0.2)))
     with pytest.raises(KbotError, match="commands a lateral speed, but robot 'kbot' cannot drive sideways"):
@@ -112,7 +127,7 @@ def test_a_policy_that_does_not_fit_is_refused(simulation: kbot.Simulation) -> N
 def test_a_policy_that_follows_paths_does_not_fit(simulation: kbot.Simulation) -> None:
     interface = replace(BLIND, target="path")
     network = Policy(read_network(linear(np.zeros((2, len(interface.inputs))), np.zeros(2))))
-    message = "the policy drives to a path, not to a goal: only kbot/Follow-v0 gives it a path"
+    message = "the policy follows a path, and cannot drive to a goal. Run it in kbot/Follow-v0"
     with pytest.raises(KbotError, match=message):
         fitted(network.with_interface(interface), simulation)
 

@@ -278,7 +278,7 @@ def test_wrong_numbers_are_one_error(
 def test_a_policy_that_follows_paths_drives_to_no_goal() -> None:
     interface = replace(BLIND, target="path")
     network = linear(np.zeros((2, len(interface.inputs))), np.zeros(2))
-    with pytest.raises(KbotError, match="the policy drives to a path, not to a goal"):
+    with pytest.raises(KbotError, match="the policy follows a path, and cannot drive to a goal"):
         PolicyController(Policy(read_network(network)).with_interface(interface), PlanarPose(1.0, 0.0))
 
 

@@ -388,8 +388,10 @@ def _serve(
 
             def join(simulation: Simulation) -> None:
                 if policy is not None:
+                    from kbot.learn.policies.driving import fitted
+
                     try:
-                        _require_fit(policy, simulation)
+                        fitted(policy, simulation)
                     except KbotError as error:
                         if session is None:
                             raise
@@ -397,6 +399,7 @@ def _serve(
                         print_note(f"the policy does not fit the robot: {error}")
                 outputs.join(simulation, "", world)
                 report(d for d in simulation.diagnostics if d.code == "W111")
+                report(simulation.driver_findings)
 
             session: Session | None = None
             session = driven_session(
@@ -420,15 +423,6 @@ def _serve(
         from kbot.workbench.script_loop import serve_script
 
         serve_script(session, program, address, outputs.interrupt)
-
-
-def _require_fit(policy: Policy, simulation: Simulation) -> None:
-    """Print a note if the robot is slower than the policy. Raises KbotError: the policy does not fit it."""
-    from kbot.learn.policies.driving import fitted, speed_note
-
-    note = speed_note(fitted(policy, simulation), simulation)
-    if note:
-        print_note(f"note: {note}")
 
 
 def _run_headless(
@@ -456,7 +450,9 @@ def _run_headless(
     if has_outputs:
         report(mount_declared(simulation)[1])
     if policy is not None:
-        _require_fit(policy, simulation)
+        from kbot.learn.policies.driving import fitted
+
+        fitted(policy, simulation)
     if is_live and request is None:
         from kbot.navigation import NavigationTopics
 

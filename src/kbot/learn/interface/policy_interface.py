@@ -190,6 +190,13 @@ class PolicyInterface:
         return np.array([field.high for field in self.inputs], dtype=np.float32)
 
     @property
+    def top_speeds(self) -> tuple[float, float, float]:
+        """The highest speeds that the policy commands: forward and to the left in m/s, turning in rad/s."""
+        bounds = self.linear, self.lateral or (0.0, 0.0), self.angular
+        forward, left, turning = (max(-low, high) for low, high in bounds)
+        return forward, left, turning
+
+    @property
     def no_action(self) -> Vector:
         """The action that commands no motion, or the slowest that the bounds allow. It is the last action at
         the start."""

@@ -10,6 +10,7 @@ from kbot.learn.interface.policy_interface import Sectors
 from kbot.learn.interface.robot_interface import policy_interface
 from kbot.learn.interface.targets import GoalTarget
 from kbot.learn.policies.policy import ARRIVE, SILENCE, Policy, PolicyController
+from kbot.learn.policies.speed_finding import speed_finding
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
 from kbot.navigation.goal_status import GoalReport, GoalState
@@ -22,14 +23,12 @@ from kbot.sensors.lidar import LidarSensor
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
-_ROUNDED = 1.01
-"""A policy whose highest speed is above that of the robot by less was trained for this robot."""
-
 
 def fitted(policy: Policy, simulation: Simulation) -> Policy:
     """The policy with an interface that fits the simulation's first robot.
 
-    If the policy's file does not describe its inputs and actions, they are the default ones of the robot.
+    If the policy's file does not describe its inputs and actions, they are the default ones of the robot. A
+    policy that is faster than the robot is added to the simulation's findings.
 
     Raises: KbotError: the robot cannot drive, or the policy does not fit it."""
     robot = simulation.robots.first
@@ -55,23 +54,11 @@ def fitted(policy: Policy, simulation: Simulation) -> Policy:
         )
     if interface.lidar is not None:
         _require_view(interface.lidar, level_lidar(simulation), robot.name)
+    if robot.wheels is not None:
+        finding = speed_finding(interface.top_speeds, robot.name, robot.wheels.fastest)
+        if finding is not None and finding not in simulation.driver_findings:
+            simulation.driver_findings.append(finding)
     return policy
-
-
-def speed_note(policy: Policy, simulation: Simulation) -> str:
-    """How much slower the robot is than a policy that fits it: a sentence, or an empty text."""
-    robot, interface = simulation.robots.first, policy.required_interface
-    if robot.wheels is None:
-        return ""
-    commanded = (interface.linear, interface.lateral or (0.0, 0.0), interface.angular)
-    for bounds, fastest, unit in zip(commanded, robot.wheels.fastest, ("m/s", "m/s", "rad/s"), strict=True):
-        wanted = max(map(abs, bounds))
-        if wanted > _ROUNDED * fastest:
-            return (
-                f"the policy commands up to {wanted:.3g} {unit}, but robot '{robot.name}' only reaches"
-                f" {fastest:.3g} {unit}"
-            )
-    return ""
 
 
 def _require_view(sectors: Sectors, lidar: LidarSensor | None, name: str) -> None:

@@ -88,8 +88,8 @@ class Policy:
         interface = self.required_interface
         if interface.target != GoalTarget.kind:
             raise KbotError(
-                f"the policy drives to a {interface.target}, not to a goal: only kbot/Follow-v0 gives it a"
-                f" {interface.target}"
+                f"the policy follows a {interface.target}, and cannot drive to a goal. Run it in"
+                " kbot/Follow-v0 or with a controller of your own"
             )
         return interface
 
@@ -178,6 +178,7 @@ class PolicyController:
                 raise KbotError(f"the {what} must be a finite number above 0, not {value}")
         self.arrive, self.silence = arrive, silence
         self.required_rate = self.interface.rate
+        self.top_speeds = self.interface.top_speeds
         self.status = GoalReport(goal, GoalState.ACCEPTED)
         self._target = GoalTarget(goal.x, goal.y)
         self._policy = policy

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose, arc
 from kbot.messages import Twist, Vector3
-from kbot.navigation.controller import STILL, Controller, Observation, required_rate
+from kbot.navigation.controller import STILL, Controller, Observation, required_rate, top_speeds
 from kbot.navigation.space.footprint import Outline
 
 _LEAST_SHARE = 0.05
@@ -47,6 +47,7 @@ class ObstacleGuard:
         self.controller, self.outline = controller, outline
         self.margin, self.braking, self.silence = margin, braking, silence
         self.required_rate = required_rate(controller)
+        self.top_speeds = top_speeds(controller)
         self.blocked_since: float | None = None
         self.silent_since: float | None = None
         self._near = outline.grown(margin)

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
+from kbot.learn.policies.speed_finding import speed_finding
 from kbot.messages import Odometry, Twist
 from kbot.messages.navigation import PoseStamped
 from kbot.messages.sensing import LaserScan
-from kbot.navigation.controller import STILL, Controller, Observation, require_rate, required_rate
+from kbot.model.load import load_robot_text
+from kbot.navigation.controller import (
+    STILL,
+    Controller,
+    Observation,
+    require_rate,
+    required_rate,
+    top_speeds,
+)
 from kbot.navigation.lidar_view import LidarView
 from kbot.navigation.path import from_pose_stamped
 from kbot.ros.client.node import Node
 from kbot.sensors.lidar import scan_points
+from kbot.sim.drive.drive_controller import described_top_speeds
 
 HERE = PlanarPose()
 RATE = 20.0
@@ -27,7 +38,8 @@ class NodePilot:
     """Subscribes to `odom` and `scan`, and publishes the controller's commands on `cmd_vel`.
 
     It accepts the same controllers as `Pilot`. The pose that the controller gets is that of the odometry. If
-    no odometry arrives any more, the robot is stopped.
+    no odometry arrives any more, the robot is stopped. If the robot of the parameter `robot_description` is
+    slower than the controller's policy, W308 is printed.
     """
 
     def __init__(
@@ -52,6 +64,7 @@ class NodePilot:
             KbotError: the node already uses one of these topics in another way, or the controller must be
                 updated more often than `rate`.
         """
+        _report_speeds(node, controller)
         self._node, self._controller, self._silence = node, controller, silence
         x, y, yaw = base_from_lidar.x, base_from_lidar.y, base_from_lidar.yaw
         self._base_from_lidar = Transform.from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw)).matrix
@@ -97,3 +110,14 @@ class NodePilot:
         pose = self._base_from_lidar
         self._points, self._scan_at = scan_points(message, pose), self._node.now
         self._view = LidarView.of_beams(message.angle_min, message.angle_max, message.range_max, pose)
+
+
+def _report_speeds(node: Node, controller: Controller) -> None:
+    """Print W308 if the described robot is slower than the controller's policy."""
+    commanded, description = top_speeds(controller), node.param("robot_description", "")
+    robot = load_robot_text(description, "robot_description").robot if commanded and description else None
+    if commanded is None or robot is None:  # nothing to compare
+        return
+    finding = speed_finding(commanded, robot.name, described_top_speeds(robot))
+    if finding is not None:
+        sys.stderr.write(f"{finding}\n")

@@ -7,16 +7,18 @@ from dataclasses import replace
 from math import inf
 
 from kbot.kinematics.drive.declared import Holonomic
-from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive, find_drive
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.drive.holonomic_servos import HolonomicServos
-from kbot.sim.drive.settings import DriveSettings
+from kbot.sim.drive.settings import DriveSettings, drive_settings
 from kbot.sim.drive.steered_servos import SteeredServos
 from kbot.sim.drive.twist_controller import STILL, SavedTwist, Twist, TwistController
 from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
+from kbot.sim.recipe import SLEW_PERIOD
 from kbot.sim.wheel_odometry import Motion, PlanarOdometry, TrueOdometry, WheelOdometry
+from kbot.text import DiagnosticCollector
 
 SavedDrive = tuple[SavedTwist, tuple[float, ...], ServoState, bool]
 
@@ -28,6 +30,15 @@ def twist_controller(
     of_joints = [robot.joints[joint].speed_limit for joint in drive.joints]
     fastest = min(of_joints, default=settings.rim_speed / settings.radius)
     return TwistController(settings.with_controller_sizes(drive), settings.limits, fastest, period)
+
+
+def described_top_speeds(robot: RobotModel) -> Twist:
+    """The highest speeds that a description allows, infinite without a limit and without a drive."""
+    drive = find_drive(robot)
+    if not isinstance(drive, DifferentialDrive):
+        return inf, inf, inf
+    settings = drive_settings(robot, drive, DiagnosticCollector())
+    return twist_controller(robot, drive, settings, SLEW_PERIOD).fastest
 
 
 class DriveController:
