@@ -28,7 +28,7 @@ NAMES = {
     "Simulation": ["Simulation", "World", "load_world", "Transform", "PlanarPose", "Node"],
 }
 """Names of the package kbot, by section."""
-PACKAGES = ("kbot.sensors", "kbot.navigation", "kbot.checks")
+PACKAGES = ("kbot.sensors", "kbot.navigation", "kbot.learn", "kbot.checks")
 """Packages whose public names are all listed."""
 
 

@@ -8,6 +8,7 @@ from urllib.parse import unquote, urldefrag
 
 import pytest
 
+import kbot.learn
 from kbot.cli.main import VERBS
 from kbot.world import BUILDERS
 
@@ -61,7 +62,9 @@ def test_the_generated_pages_are_complete(site: Path) -> None:
     assert {f"kbot-{verb}" for verb in VERBS} <= verbs
     assert {world.replace("_", "-") for world in BUILDERS} <= worlds
     assert {"lidar", "imu", "camera"} <= Page(reference / "sensors.html").anchors
-    assert {"kbot.Simulation", "kbot.Simulation.cmd_vel", "kbot.load"} <= Page(reference / "api.html").anchors
+    api = Page(reference / "api.html").anchors
+    assert {"kbot.Simulation", "kbot.Simulation.cmd_vel", "kbot.load"} <= api
+    assert {f"kbot.learn.{name}" for name in kbot.learn.__all__} <= api
 
 
 def test_the_first_page_leads_to_every_page(site: Path) -> None:
