@@ -5,10 +5,13 @@ from kbot.lazy_names import lazy_names
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from kbot.learn.interface.policy_interface import PolicyInterface, Sectors
+    from kbot.learn.interface.targets import GoalTarget, PathTarget
     from kbot.learn.policies.driving import go_to_with_policy, policy_goals
     from kbot.learn.policies.policy import Policy, PolicyController, save_policy
 
 _HOMES = {
+    "GoalTarget": "interface.targets",
+    "PathTarget": "interface.targets",
     "Policy": "policies.policy",
     "PolicyController": "policies.policy",
     "PolicyInterface": "interface.policy_interface",
@@ -19,6 +22,8 @@ _HOMES = {
 }
 
 __all__ = [
+    "GoalTarget",
+    "PathTarget",
     "Policy",
     "PolicyController",
     "PolicyInterface",
