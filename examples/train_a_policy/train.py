@@ -8,6 +8,7 @@ import argparse
 from functools import partial
 
 import gymnasium
+import numpy as np
 import task
 import torch
 from stable_baselines3 import SAC
@@ -75,7 +76,7 @@ def untrained(interface: PolicyInterface, environments: VecEnv) -> SAC:
 def export(model: SAC, interface: PolicyInterface, file: str) -> None:
     """Write the network with its inputs and actions."""
     seen = torch.zeros(1, len(interface.inputs))
-    program = torch.onnx.export(Deterministic(model).eval(), (seen,), dynamo=True)
+    program = torch.onnx.export(Deterministic(model).eval(), (seen,), dynamo=True, verbose=False)
     save_policy(program.model_proto.SerializeToString(), interface, file)
 
 
@@ -93,6 +94,11 @@ def main() -> None:
     for _ in range(10):
         model.learn(given.steps // 10, reset_num_timesteps=False)
         export(model, interface, given.out)
+        ends = list(model.ep_success_buffer)
+        share = np.mean(ends) if ends else 0.0
+        print(
+            f"{model.num_timesteps} steps: {share:.0%} of the last {len(ends)} episodes arrived", flush=True
+        )
 
 
 if __name__ == "__main__":

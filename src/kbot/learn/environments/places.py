@@ -64,7 +64,8 @@ class Places:
         cells = np.argwhere(reached & (self._weight < LETHAL))
         if not len(cells):
             raise KbotError(
-                f"world '{self._world.name}' has no place in which the robot can turn without a collision"
+                f"world '{self._world.name}' has no place in which the robot can turn without a collision:"
+                " choose a wider world"
             )
         return cells
 
