@@ -80,7 +80,9 @@ def test_a_value_is_replaced(path: str, value: float, expected: Scenario) -> Non
         ("steps.3.joints.lift", ""),  # depends on the joint
         ("expect.0.path_length.max", "m"),
         ("expect.1.yaw_within", "rad"),
+        ("expect.0.measure", ""),
         ("expect.2.min", "J/m"),
+        ("expect.2.name", ""),
         ("until.tilt.max", "rad"),
         ("programs.0.time_limit", "s"),
     ],

@@ -71,9 +71,10 @@ def unit_of_key(scenario: Scenario, path: str) -> str:
     """The unit of a value by its path. Empty if it does not have one. Raises KbotError: no such key."""
     unit = ""
     for part in _parts(scenario, path.split(".")):
-        if isinstance(part.owner, Bound):
+        is_bound = part.key in ("min", "max")
+        if isinstance(part.owner, Bound) and is_bound:
             unit = find_measure(part.owner.measure).unit
-        elif isinstance(part.owner, Check):
+        elif isinstance(part.owner, Check) and is_bound:
             unit = part.owner.unit
         elif isinstance(part.value, Range):
             unit = require_quantity(part.key).unit
