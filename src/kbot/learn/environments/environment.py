@@ -20,8 +20,6 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 RENDER_MODES = ("rgb_array", "human")
-
-
 Space = gymnasium.Space[NDArray[np.float32]]
 
 

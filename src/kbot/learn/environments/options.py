@@ -40,7 +40,7 @@ class Options:
     lidar        number of directions in which the policy sees obstacles; by default 36 for a robot that
                  declares a level lidar, and 0 for others
     reach        m; the furthest obstacle that the policy sees
-    max_speed    highest forward speed in m/s and turning speed in rad/s; by default the limits that the robot
+    max_speed    highest forward speed in m/s and turning speed in rad/s; None for the limits that the robot
                  declares, or 0.3 and 2 without one
     reverse      whether the policy can drive backwards
     rate         actions per second
