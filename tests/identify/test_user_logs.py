@@ -8,7 +8,7 @@ import pytest
 from kbot.identify.csv_file import read_csv
 from kbot.identify.identification import KINEMATIC, identify
 from kbot.identify.log import Motions
-from kbot.identify.noise import Noise, Sources
+from kbot.identify.noise import Noise, covariances
 from kbot.identify.nominal import read_nominal
 from kbot.identify.observability import observability
 from kbot.identify.odometry_model import CURVATURE, Linearization
@@ -150,7 +150,7 @@ def test_the_bias_from_encoder_noise_is_that_of_theory(rng):
     model = Linearization.at(np.array([radius, radius, 1.0 / separation, 0.0, 0.0, 0.0]), motions)
     noise = Noise(1e-4, 1e-4, 1e-9, 1e-9, slip, 1e-9)
     scales = np.array([radius, radius, 1.0 / separation, separation, separation, 1.0])
-    weights = 1.0 / np.sqrt(np.diagonal(Sources(model).covariances(noise.squares()), axis1=1, axis2=2))
+    weights = 1.0 / np.sqrt(np.diagonal(covariances(model, noise), axis1=1, axis2=2))
     white = (model.derivatives * scales * weights[:, :, None]).reshape(-1, 6)
     share = 2.0 * slip**2 * np.mean(angles**2) / np.var(angles[:, 1] - angles[:, 0])
     expected = share / (1.0 - share)  # of the estimate, which is 1 - share of the truth

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
@@ -46,12 +47,13 @@ class _Reader:
         names = [_bare(cell) for cell in lines[0].split(",")]
         self._check_header(lines[0], names)
         used = {name: index for index, name in enumerate(names) if name in COLUMNS}
-        rows = [
-            self._row(number, line, names, used) for number, line in enumerate(lines[1:], 2) if line.strip()
-        ]
-        if not rows:
+        numbers = array("d")  # a list of numbers needs several times the memory
+        for number, line in enumerate(lines[1:], 2):
+            if line.strip():
+                numbers.extend(self._row(number, line, names, used))
+        if not self._lines:
             self._fail(1, 1, "the log has no rows below its header")
-        table = np.array(rows)
+        table = np.array(numbers).reshape(len(self._lines), -1)
         columns = {name: table[:, index] for index, name in enumerate(used)}
         durations = columns["duration"] if "duration" in columns else self._passed(columns["time"])
 

@@ -10,6 +10,8 @@ Methodology 28(2), 2002).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.stats import t as student
 
@@ -20,6 +22,8 @@ DEVIATION_OF_MAD = 1.4826
 """Standard deviation of Gaussian noise, divided by the median of its absolute value."""
 _MOST_COSINES = 40
 """With 40 degrees of freedom an interval is 3 % wider than with infinitely many."""
+_BLOCK = 50_000
+"""Times whose waves are in memory together."""
 _FEWEST_COSINES = 4
 """For a short log. With fewer degrees of freedom, an interval is too wide to be of use."""
 
@@ -37,21 +41,46 @@ def half_widths(derivatives: Array, residuals: Array, contrasts: Array, group: i
     count = len(residuals) // group
     cosines = int(np.clip(round(0.4 * count ** (2.0 / 3.0)), _FEWEST_COSINES, _MOST_COSINES))
     cosines = min(cosines, count)
-    phase = np.pi * (np.arange(count) + 0.5) / count
-    waves = np.sqrt(2.0) * np.cos(np.outer(phase, np.arange(1, cosines + 1)))
+    harmonics = np.arange(1, cosines + 1)
+    influences = [orthogonal @ np.linalg.solve(triangle.T, contrast) for contrast in contrasts]
+    sums = [_Sums.of(cosines, orthogonal.shape[1]) for _ in contrasts]
+    for begin in range(0, count, _BLOCK):  # blocks, because the waves are larger than the derivatives
+        phase = np.pi * (np.arange(begin, min(begin + _BLOCK, count)) + 0.5) / count
+        waves = np.sqrt(2.0) * np.cos(np.outer(phase, harmonics))
+        rows = slice(begin * group, (begin + len(phase)) * group)
+        for influence, each in zip(influences, sums, strict=True):
+            # the rows of one time have the same waves, so their sums need a fraction of the memory
+            each.measured += _by_time(residuals[rows] * influence[rows], group) @ waves
+            each.inside += _by_time(orthogonal[rows] * influence[rows, None], group).T @ waves
+            each.expected += waves.T @ (waves * _by_time(influence[rows] ** 2, group)[:, None])
     widths = np.empty(len(contrasts))
-    for index, contrast in enumerate(contrasts):
-        influence = orthogonal @ np.linalg.solve(triangle.T, contrast)
-        # the rows of one time have the same waves, so their sums need a fraction of the memory
-        measured = float(((_by_time(residuals * influence, group) @ waves) ** 2).sum())
-        inside = _by_time(orthogonal * influence[:, None], group).T @ waves
+    for index, (influence, each) in enumerate(zip(influences, sums, strict=True)):
+        measured = float((each.measured**2).sum())
         # of `measured`, if the residuals were white
-        expected = waves.T @ (waves * _by_time(influence**2, group)[:, None]) - inside.T @ inside
+        expected = each.expected - each.inside.T @ each.inside
         total = float(np.trace(expected))
         freedom = max(total**2 / float((expected**2).sum()), 1.0)
         variance = float(influence @ influence) * measured / total
         widths[index] = student.ppf(0.5 + LEVEL / 2.0, freedom) * np.sqrt(variance)
     return widths
+
+
+@dataclass(slots=True)
+class _Sums:
+    """Sums over time of products with k waves, for one combination of p parameters.
+
+    measured  (k,) of the residuals times their influence
+    inside    (p, k) of the orthogonal derivatives times the influence
+    expected  (k, k) of the squared influence times the products of two waves
+    """
+
+    measured: Array
+    inside: Array
+    expected: Array
+
+    @classmethod
+    def of(cls, cosines: int, parameters: int) -> _Sums:
+        return cls(np.zeros(cosines), np.zeros((parameters, cosines)), np.zeros((cosines, cosines)))
 
 
 def _by_time(values: Array, group: int) -> Array:

@@ -17,7 +17,7 @@ from scipy.stats import chi2
 
 from kbot.identify.intervals import DEVIATION_OF_MAD, half_widths
 from kbot.identify.log import Array, Motions, wrapped
-from kbot.identify.noise import SMALLEST, Noise, Sources, estimate_noise, whitened
+from kbot.identify.noise import SMALLEST, Noise, covariances, estimate_noise, factor, whitened
 from kbot.identify.observability import is_observable, observability
 from kbot.identify.odometry_model import (
     COUNT,
@@ -48,6 +48,8 @@ _ROUNDS = 12
 """Rounds of an estimate and its outliers, after which they are used as they are."""
 _STEPS = 30
 """Steps of a search, and halvings of one step, after which it ends as it is."""
+_BLOCK = 100_000
+"""Rows that are decomposed together."""
 _UNOBSERVABLE_SIZE = 2.0
 """Combinations of parameters that the log does not show are within this many typical sizes."""
 _LARGEST_LEAK = 0.05
@@ -99,8 +101,9 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
             break
         kept = _kept(model, is_outlier)
         noise = _noise(kept, noise)
-    kept = _kept(model, is_outlier)
-    _, white, white_left = _weighted(kept, noise, scales)
+    kept, errors = _kept(model, is_outlier), model.residuals
+    del model  # its derivatives are among the largest arrays
+    white, white_left = _weighted(kept, noise, scales)[1:]
     found = observability(kept, noise, white, scales)
     leaks = np.abs(found.unobservable).sum(axis=0)
     is_observed = leaks < _LARGEST_LEAK
@@ -111,7 +114,7 @@ def fit(motions: Motions, nominal: Array, held: int | None = None) -> KinematicF
     estimate = np.where(is_observed, parameters, np.nan)
     if held is not None:
         estimate[held], widths[held] = parameters[held], 0.0
-    return KinematicFit(estimate, widths, is_outlier, model.residuals)
+    return KinematicFit(estimate, widths, is_outlier, errors)
 
 
 def rough_error(motions: Motions, nominal: Array) -> float:
@@ -235,9 +238,8 @@ def _rough_outliers(model: Linearization) -> NDArray[np.bool_]:
 
 def _weighted(model: Linearization, noise: Noise, scales: Array) -> tuple[Array, Array, Array]:
     """The factor of the covariance, the whitened derivatives (3 M, 6) and the whitened residuals (3 M,)."""
-    sources = Sources(model)
-    factor = sources.factor(noise.squares())
-    while factor is None:  # rounding hides the noise that is not correlated
+    found = factor(model, noise)
+    while found is None:  # rounding hides the noise that is not correlated
         noise = replace(
             noise,
             displacement_xy=2.0 * noise.displacement_xy,
@@ -245,18 +247,33 @@ def _weighted(model: Linearization, noise: Noise, scales: Array) -> tuple[Array,
         )
         if not np.isfinite(noise.squares()).all():
             raise np.linalg.LinAlgError("the covariance is singular")
-        factor = sources.factor(noise.squares())
-    return factor, _whitened_derivatives(factor, model, scales), _whitened_residuals(factor, model.residuals)
+        found = factor(model, noise)
+    return found, _whitened_derivatives(found, model, scales), _whitened_residuals(found, model.residuals)
 
 
 def _whitened_derivatives(factor: Array, model: Linearization, scales: Array) -> Array:
-    slopes = np.where(model.is_absent[:, :, None], 0.0, model.derivatives * scales)
+    slopes = model.derivatives * scales
+    slopes[model.is_absent] = 0.0
     return whitened(factor, slopes.reshape(-1, COUNT))
 
 
 def _whitened_residuals(factor: Array, residuals: Array) -> Array:
     white: Array = whitened(factor, np.nan_to_num(residuals).reshape(-1, 1)).ravel()
     return white
+
+
+def _triangle(matrix: Array, target: Array) -> Array:
+    """(n, n + 1) the triangle of a QR decomposition of a matrix (m, n), and the target (m,) turned as the
+    matrix is. It is computed in blocks of rows, which need no copy of the matrix (J. Demmel, L. Grigori,
+    M. Hoemmen and J. Langou, Communication-Optimal Parallel and Sequential QR and LU Factorizations, SIAM
+    Journal on Scientific Computing 34(1), 2012)."""
+    count = matrix.shape[1]
+    found = np.zeros((count + 1, count + 1))
+    for begin in range(0, len(matrix), _BLOCK):
+        rows = slice(begin, begin + _BLOCK)
+        block = np.column_stack([matrix[rows], target[rows]])
+        found = np.asarray(np.linalg.qr(np.vstack([found, block]), mode="r"))
+    return found[:count]
 
 
 def _noise(model: Linearization, before: Noise | None) -> Noise:
@@ -271,9 +288,10 @@ def _least_squares(model: Linearization, noise: Noise, scales: Array) -> Array:
     parameters, motions = model.parameters, model.motions
     cost = float(white_left @ white_left)
     for _ in range(_STEPS):
-        u, values, directions = np.linalg.svd(white, full_matrices=False)
+        triangle = _triangle(white, white_left)  # the singular values and the solution are the same
+        u, values, directions = np.linalg.svd(triangle[:, :COUNT])
         kept = is_observable(values)
-        step = directions[kept].T @ ((u[:, kept].T @ white_left) / values[kept]) * scales
+        step = directions[kept].T @ ((u[:, kept].T @ triangle[:, COUNT]) / values[kept]) * scales
         for _ in range(_STEPS):
             trial: Array = parameters + step
             white_left = _whitened_residuals(factor, residuals(trial, motions))
@@ -298,7 +316,6 @@ def _outliers(model: Linearization, noise: Noise) -> NDArray[np.bool_]:
     with them, it could alternate between outlier and inlier.
     """
     left = np.nan_to_num(model.residuals)
-    covariances = Sources(model).covariances(noise.squares())
-    distances = (left * np.linalg.solve(covariances, left[:, :, None])[:, :, 0]).sum(axis=1)
+    distances = (left * np.linalg.solve(covariances(model, noise), left[:, :, None])[:, :, 0]).sum(axis=1)
     found: NDArray[np.bool_] = distances > _REJECTED
     return found

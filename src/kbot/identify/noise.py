@@ -9,8 +9,8 @@ is a band matrix in the order of time, so that a log of an hour takes seconds.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import astuple, dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dpbtrf, dtbtrs
@@ -21,7 +21,6 @@ from kbot.identify.odometry_model import LEFT, RIGHT, Linearization
 
 _BAND = 6
 """A displacement has three components and is correlated with its neighbours."""
-_SOURCES = 6
 _MOST = 1600
 """Displacements from which the sizes of the sources are estimated, in a few pieces of the log. More would
 change the weights little, and take longer than everything else."""
@@ -65,76 +64,99 @@ class Noise:
         return found
 
 
-class Sources:
-    """The covariances of M displacements for sources of size 1."""
+def _sources(model: Linearization) -> Iterator[tuple[Array, Array]]:
+    """The covariance of M displacements for each source of size 1: (M, 3, 3) of each displacement, and
+    (M - 1, 3, 3) of each with the one before it.
 
-    def __init__(self, model: Linearization) -> None:
-        """The covariances follow from the predicted displacements, because measured ones may be wrong."""
-        displacements, motions = model.predictions, model.motions
-        count = len(motions)
-        blocks = np.zeros((_SOURCES, count, 3, 3))
-        beside = np.zeros((_SOURCES, max(count - 1, 0), 3, 3))
-        blocks[0, :, [0, 1], [0, 1]] = 1.0
-        blocks[1, :, 2, 2] = 1.0
-        # noise of the first pose turns and moves the displacement, noise of the second moves it
-        blocks[2, :, [0, 1], [0, 1]] = 2.0
-        lever = np.column_stack([displacements[:, 1], -displacements[:, 0], -np.ones(count)])
-        blocks[3] = lever[:, :, None] * lever[:, None, :]
-        blocks[3, :, 2, 2] += 1.0
-        follows = motions.follows.astype(float)
-        cos, sin = np.cos(displacements[:-1, 2]) * follows, np.sin(displacements[:-1, 2]) * follows
-        beside[2, :, 0, 0], beside[2, :, 0, 1] = -cos, -sin
-        beside[2, :, 1, 0], beside[2, :, 1, 1] = sin, -cos
-        beside[3, :, :, 2] = lever[1:] * follows[:, None]
-        travels = model.travels
+    They follow from the predicted displacements, because measured ones may be wrong. One source after the
+    other needs the least memory.
+    """
+    displacements, motions = model.predictions, model.motions
+    count = len(motions)
+    present = ~model.is_absent
+    both = (present[:, :, None] & present[:, None, :]).astype(float)
+    both_beside = (present[1:, :, None] & present[:-1, None, :]).astype(float)
+    none, none_beside = np.zeros((count, 3, 3)), np.zeros((max(count - 1, 0), 3, 3))
+    for diagonal in ((1.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
+        yield both * np.diag(diagonal), none_beside
+    # noise of the first pose turns and moves the displacement, noise of the second moves it
+    follows = motions.follows.astype(float)
+    cos, sin = np.cos(displacements[:-1, 2]) * follows, np.sin(displacements[:-1, 2]) * follows
+    beside = none_beside.copy()
+    beside[:, 0, 0], beside[:, 0, 1] = -cos, -sin
+    beside[:, 1, 0], beside[:, 1, 1] = sin, -cos
+    yield both * np.diag((2.0, 2.0, 0.0)), beside * both_beside
+    lever = np.column_stack([displacements[:, 1], -displacements[:, 0], -np.ones(count)])
+    block = lever[:, :, None] * lever[:, None, :]
+    block[:, 2, 2] += 1.0
+    beside = none_beside.copy()
+    beside[:, :, 2] = lever[1:] * follows[:, None]
+    yield block * both, beside * both_beside
+    for exponent in (0, 1):
+        block = none.copy()
         for wheel, radius in ((0, LEFT), (1, RIGHT)):
             # a slip of 1 has the effect of a radius that is twice as large
             effect = model.derivatives[:, :, radius] * model.parameters[radius]
-            square = effect[:, :, None] * effect[:, None, :]
-            blocks[4] += square
-            blocks[5] += square / np.maximum(travels[:, wheel, None, None], _SHORTEST)
-        self._is_absent = model.is_absent
-        present = ~self._is_absent
-        blocks *= present[:, :, None] * present[:, None, :]
-        beside *= present[1:, :, None] * present[:-1, None, :]
-        self._blocks, self._beside = blocks, beside
+            travels = np.maximum(model.travels[:, wheel, None, None], _SHORTEST)
+            block += effect[:, :, None] * effect[:, None, :] / travels**exponent
+        yield block * both, none_beside
 
-    @cached_property
-    def _bands(self) -> Array:
-        """(6, `_BAND`, 3 M) the parts on and below the diagonal."""
-        return np.stack([_band(*both) for both in zip(self._blocks, self._beside, strict=True)])
 
-    def factor(self, squares: Array) -> Array | None:
-        """The Cholesky factor as a band. None if the covariance is singular in floating point."""
-        bands = np.tensordot(squares, self._bands, axes=1)
-        bands[0] += self._is_absent.ravel()
-        factor, info = dpbtrf(bands, lower=1, overwrite_ab=1)
-        return None if info else factor
+def covariances(model: Linearization, noise: Noise) -> Array:
+    """(M, 3, 3) the covariance of each displacement alone. Absent components have a variance of 1."""
+    return _total(model, noise)[0]
 
-    def covariances(self, squares: Array) -> Array:
-        """(M, 3, 3) the covariance of each displacement alone. Absent components have a variance of 1."""
-        found: Array = np.tensordot(squares, self._blocks, axes=1)
-        found[:, [0, 1, 2], [0, 1, 2]] += self._is_absent
-        return found
 
-    def likelihood(self, squares: Array, values: Array) -> float:
-        """The negative logarithm of the likelihood of residuals (3 M,), except for a constant."""
-        factor = self.factor(squares)
+def factor(model: Linearization, noise: Noise) -> Array | None:
+    """The Cholesky factor of the covariance as a band. None if it is singular in floating point."""
+    return _factor(_band(*_total(model, noise)))
+
+
+def _total(model: Linearization, noise: Noise) -> tuple[Array, Array]:
+    count = len(model.motions)
+    total, total_beside = np.zeros((count, 3, 3)), np.zeros((max(count - 1, 0), 3, 3))
+    for square, (block, beside) in zip(noise.squares(), _sources(model), strict=True):
+        total += square * block
+        total_beside += square * beside
+    total[:, [0, 1, 2], [0, 1, 2]] += model.is_absent
+    return total, total_beside
+
+
+def _factor(band: Array) -> Array | None:
+    found, info = dpbtrf(band, lower=1, overwrite_ab=1)
+    return None if info else found
+
+
+class _Likelihood:
+    """Of the residuals of a few displacements. Keeps their covariance for each source, to be fast."""
+
+    def __init__(self, model: Linearization) -> None:
+        self._bands = np.stack([_band(*each) for each in _sources(model)])
+        self._is_absent = model.is_absent.ravel()
+        self._values = np.nan_to_num(model.residuals).reshape(-1, 1)
+
+    def negative(self, squares: Array) -> float:
+        """The negative logarithm of the likelihood, except for a constant."""
+        band = np.tensordot(squares, self._bands, axes=1)
+        band[0] += self._is_absent
+        factor = _factor(band)
         if factor is None:
             return np.inf
-        white = whitened(factor, values[:, None])
+        white = whitened(factor, self._values)
         return float(np.log(factor[0]).sum() + (white**2).sum() / 2.0)
 
 
 def whitened(factor: Array, values: Array) -> Array:
     """Residuals or derivatives (3 M, n) divided by the factor of their covariance."""
-    found: Array = dtbtrs(factor, values, uplo="L")[0]
+    found = np.empty(values.shape, order="F")
+    for column in range(values.shape[1]):
+        found[:, column] = dtbtrs(factor, values[:, column], uplo="L")[0].ravel()
     return found
 
 
 def _band(blocks: Array, beside: Array) -> Array:
     """A symmetric band matrix from its blocks (M, 3, 3) on and (M - 1, 3, 3) below the diagonal."""
-    band = np.zeros((_BAND, 3 * len(blocks)))
+    band = np.zeros((_BAND, 3 * len(blocks)), order="F")  # LAPACK's order, which needs no copy
     for row in range(3):
         for column in range(3):
             if row >= column:
@@ -154,7 +176,7 @@ def estimate_noise(model: Linearization, before: Noise | None) -> Noise:
     begins = [0] if count <= _MOST else [round(i * (count - size) / (_PIECES - 1)) for i in range(_PIECES)]
     size = count if count <= _MOST else size
     parts = [model.only(slice(begin, begin + size)) for begin in begins]
-    pieces = [(Sources(part), np.nan_to_num(part.residuals).ravel()) for part in parts]
+    pieces = [_Likelihood(part) for part in parts]
     travel = max(float(np.median(model.travels.sum(axis=1))) / 2.0, _SHORTEST)
     xy = max(_spread(model.residuals[:, :2]), SMALLEST[0])
     yaw = max(_spread(model.residuals[:, 2]), SMALLEST[1])
@@ -162,7 +184,7 @@ def estimate_noise(model: Linearization, before: Noise | None) -> Noise:
 
     def negative(logarithms: Array) -> float:
         squares = np.exp(2.0 * logarithms)
-        value = sum(sources.likelihood(squares, values) for sources, values in pieces)
+        value = sum(piece.negative(squares) for piece in pieces)
         return value if np.isfinite(value) else 1e300
 
     start = np.log(largest * 0.4) if before is None else np.log(before.squares()) / 2.0

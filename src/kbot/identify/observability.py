@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from kbot.identify.log import Array
-from kbot.identify.noise import Noise, Sources
+from kbot.identify.noise import Noise, covariances
 from kbot.identify.odometry_model import COUNT, LEFT, RIGHT, Linearization
 
 _SINGULAR = 1e-9
@@ -52,7 +52,8 @@ def is_observable(values: Array) -> NDArray[np.bool_]:
 
 def observability(model: Linearization, noise: Noise, white: Array, scales: Array) -> Observability:
     """Find what a log shows. `white` (3 M, 6) are the whitened derivatives by the parameters in `scales`."""
-    _, values, directions = np.linalg.svd(white, full_matrices=False)
+    # the triangle has the same singular values, and is small
+    _, values, directions = np.linalg.svd(np.linalg.qr(white, mode="r"))
     effective = directions[is_observable(values)]
     information, from_noise, score = _second_moments(model, noise, scales)
     shares, turned = eigh(effective @ from_noise @ effective.T, effective @ information @ effective.T)
@@ -71,16 +72,18 @@ def _second_moments(model: Linearization, noise: Noise, scales: Array) -> tuple[
     singular, and small changes of the wheel angles would change the weights.
     """
     present = ~model.is_absent
-    variances = np.diagonal(Sources(model).covariances(noise.squares()), axis1=1, axis2=2)
+    variances = np.diagonal(covariances(model, noise), axis1=1, axis2=2)
     weights = np.where(present, 1.0 / variances, 0.0)
-    slopes = model.derivatives * scales
-    information = np.einsum("mij,mi,mik->jk", slopes, weights, slopes)
+    slopes = model.derivatives
+    information = np.einsum("mij,mi,mik->jk", slopes, weights, slopes) * np.outer(scales, scales)
     from_noise, score = np.zeros((COUNT, COUNT)), np.zeros(COUNT)
     for wheel, radius in ((0, LEFT), (1, RIGHT)):
         angles = model.motions.wheel_angles.copy()
         angles[:, wheel] *= 1.0 + _STEP
         stepped = Linearization.at(model.parameters, replace(model.motions, wheel_angles=angles))
-        change = (stepped.derivatives - model.derivatives) / _STEP * scales
+        change = stepped.derivatives
+        change -= model.derivatives  # in place: these are the largest arrays
+        change *= scales / _STEP
         effect = model.derivatives[:, :, radius] * model.parameters[radius]
         scaled = weights * noise.slip_variances(model.travels[:, wheel])[:, None]
         from_noise += np.einsum("mij,mi,mik->jk", change, scaled, change)

@@ -86,13 +86,13 @@ class Linearization:
 
     @classmethod
     def at(cls, parameters: Array, motions: Motions) -> Linearization:
-        columns = []
+        predictions, slopes = np.empty((len(motions), 3)), np.empty((len(motions), 3, COUNT))
         for index in range(COUNT):
             stepped = parameters.astype(complex)
             stepped[index] += 1j * _STEP
-            columns.append(predicted(stepped, motions))
-        predictions = np.real(columns[0])
-        slopes = np.imag(np.stack(columns, axis=2)) / _STEP
+            column = predicted(stepped, motions)
+            predictions[:] = np.real(column)
+            slopes[:, :, index] = np.imag(column) / _STEP
         return cls(parameters, motions, predictions, _errors(predictions, motions), slopes)
 
     def only(self, kept: NDArray[np.bool_] | slice) -> Linearization:
