@@ -3,8 +3,10 @@
 import math
 
 import numpy as np
+import pytest
 
 from kbot.kinematics import PlanarPose, PlanarTwist
+from kbot.navigation.perception.moving_obstacles import MovingObstacle
 from kbot.navigation.simulated.motion_limits import MotionLimits
 from kbot.navigation.space.cost_to_go import Sweeping, weights
 from kbot.navigation.space.distance_field import DistanceField
@@ -98,3 +100,31 @@ def test_the_same_seed_gives_the_same_commands():
         for _ in range(2)
     )
     assert first == second
+
+
+def _at_full_speed(obstacle):
+    """The command of a robot that drives east from the origin at 1 m/s and may brake with 2 m/s^2."""
+    field, cost_to_go = _surroundings(_empty(), (2.5, 0.0))
+    controller = TrajectorySampling(FOOTPRINT, LIMITS)
+    return controller.update(
+        PlanarPose(), PlanarTwist(1.0), field, cost_to_go, 0.05, (1.0, 0.0), [MovingObstacle(*obstacle)]
+    )
+
+
+# Speeds of 1, 1, 0.8, 0.6, 0.4 and 0.2 m/s for 0.1 s each take the robot 0.4 m. In these 0.6 s, an obstacle
+# of 1 m/s that turns back moves 0.6 m. The robot's front is at 0.3 m, the obstacle's radius is 0.2 m and the
+# margin 0.08 m. The sum of these is 1.58 m: the robot must brake if the obstacle is nearer than that.
+@pytest.mark.parametrize(("x", "speed"), [(1.56, 0.9), (1.6, 1.0)])
+def test_the_robot_brakes_while_it_can_still_stop_before_an_obstacle_that_turns_back(x, speed):
+    v, _ = _at_full_speed((x, 0.0, 0.2, 1.0, 0.0))
+    assert v == pytest.approx(speed, abs=0.01)
+
+
+def test_the_robot_does_not_brake_for_an_obstacle_that_follows_it():
+    v, _ = _at_full_speed((-0.6, 0.0, 0.2, 1.0, 0.0))
+    assert v == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_robot_evades_an_obstacle_that_would_hit_it_where_it_stops():
+    _, w = _at_full_speed((1.56, 0.0, 0.2, -1.0, 0.0))
+    assert abs(w) > 0.1

@@ -37,8 +37,6 @@ _LOAD_MARGIN = 0.02
 """m. A load may shift by less."""
 _ALL_AROUND = math.radians(350.0)
 DEFAULT_SETTINGS = LocalSettings()
-_AROUND_MOVING = 0.15
-"""m around obstacles that move, in which points do not show how the robot moves."""
 _ODOMETRY_SILENCE = 0.1
 """s: the time of five messages."""
 
@@ -226,22 +224,14 @@ class LocalPilot:
         """Correct the estimate by a new scan; None if nothing is near enough to match it."""
         assert lidar.points is not None
         predicted = self.estimate.by_scans_at(lidar.stamp)
-        points = self._at_rest(lidar.points, self.estimate.at(lidar.stamp))
-        match = lidar.matcher.match(points, predicted, self.estimate.has_gyro)
+        match = lidar.matcher.match(lidar.points, predicted, self.estimate.has_gyro)
         if match is not None and match.is_good:
             self.estimate.add_match(lidar.stamp, match.pose)
-            lidar.matcher.renew(points, match)
+            lidar.matcher.renew(lidar.points, match)
         elif match is not None and match.fits:
             # too little of an earlier view is left: go on from the prediction
-            lidar.matcher.renew(points, Match(predicted, match.share))
+            lidar.matcher.renew(lidar.points, Match(predicted, match.share))
         return match
-
-    def _at_rest(self, points: NDArray[np.float64], base: PlanarPose) -> NDArray[np.float64]:
-        """The points (n, 2) in the base's frame that are not on obstacles that move."""
-        for obstacle in self._navigator.moving:
-            x, y = base.local(obstacle.x, obstacle.y)
-            points = points[np.hypot(points[:, 0] - x, points[:, 1] - y) > obstacle.radius + _AROUND_MOVING]
-        return points
 
     def _turn(self, message: Imu) -> None:
         spin = message.angular_velocity

@@ -35,6 +35,9 @@ _MOVING_COLLISION = 20.0
 speed. It is above the cost of any way round."""
 _MOVING_MARGIN, _MOVING_ROOM = 0.08, 0.4
 """m between the outline and a moving obstacle: less is a hit, and more than the sum costs nothing."""
+_REACTION = 2
+"""Steps in which the robot still goes on if it brakes from the next tick on: a tick, and the lag of its
+drive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +140,8 @@ class TrajectorySampling:
             self.restart()
             return 0.0, 0.0
         self._mean = mean
+        if moving and self._must_brake(mean, pose, twist):
+            mean = np.zeros_like(mean)
         return self._command(mean, twist, period, commanded)
 
     def _command(
@@ -280,15 +285,10 @@ class TrajectorySampling:
         the more. It does not exclude a sample, because a robot that cannot evade an obstacle should still
         slow down."""
         steps = len(x)
-        times = (np.arange(1, steps + 1, dtype=np.float32) * np.float32(self.settings.model_dt))[:, None]
+        times = self._times(steps)
         east = np.float32(obstacle.x) + np.float32(obstacle.vx) * times - x
         north = np.float32(obstacle.y) + np.float32(obstacle.vy) * times - y
-        cos, sin = np.cos(yaw), np.sin(yaw)
-        low, high = (corner.astype(np.float32) for corner in self._footprint.box)
-        middle, half = (low + high) / 2, (high - low) / 2
-        ahead = np.abs(cos * east + sin * north - middle[0]) - half[0]
-        aside = np.abs(cos * north - sin * east - middle[1]) - half[1]
-        gap = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0)) - np.float32(obstacle.radius)
+        gap = self._gap(east, north, yaw) - np.float32(obstacle.radius)
         hits = gap < _MOVING_MARGIN
         near = np.clip(1.0 - (gap - _MOVING_MARGIN) / _MOVING_ROOM, 0.0, 1.0)
         cost: Values = (near * near).mean(axis=0)
@@ -297,6 +297,46 @@ class TrajectorySampling:
             speed = np.abs(v[first, np.arange(v.shape[1])]) / self.limits.linear
             cost += hits.any(axis=0) * _MOVING_COLLISION * (1.0 - first / steps) * (1.0 + speed)
         return cost.astype(np.float32)
+
+    def _must_brake(self, mean: Values, pose: PlanarPose, twist: PlanarTwist) -> bool:
+        """Whether the robot must brake now, so that it stands before a moving obstacle touches it which goes
+        on, stops or turns back.
+
+        This is passive motion safety (Bouraine, Fraichard and Salhi 2012, "Provably safe navigation for
+        mobile robots with limited field-of-views in dynamic environments"). A robot that drives away from an
+        obstacle need not brake. One that would be hit where it stops evades instead."""
+        commands = np.zeros((*mean.shape, 2), dtype=np.float32)
+        commands[:, :_REACTION, 1] = mean[:, :_REACTION]  # the first sample brakes now
+        x, y, yaw, _, _ = self._rollout(commands, pose, twist)
+        moved_x, moved_y = np.diff(x, axis=0, prepend=x[:1]), np.diff(y, axis=0, prepend=y[:1])
+        times = self._times(len(x))
+        must_brake = False
+        for obstacle in self._moving:
+            vx, vy = obstacle.vx, obstacle.vy
+            east, north = obstacle.x - x, obstacle.y - y
+            gap = self._gap(east + vx * times, north + vy * times, yaw)
+            if (gap[:, 0] < obstacle.radius).any():
+                return False
+            # the nearest of the places that it can reach
+            passed: Values = np.clip(-(east * vx + north * vy) / (vx * vx + vy * vy), -times, times)
+            east, north = east + vx * passed, north + vy * passed
+            hits = self._gap(east, north, yaw) < obstacle.radius + _MOVING_MARGIN
+            must_brake |= bool((hits & (moved_x * east + moved_y * north > 0.0))[:, 1].any())
+        return must_brake
+
+    def _times(self, steps: int) -> Values:
+        """The times (steps, 1) in s after each step."""
+        return (np.arange(1, steps + 1, dtype=np.float32) * np.float32(self.settings.model_dt))[:, None]
+
+    def _gap(self, east: Values, north: Values, yaw: Values) -> Values:
+        """The distance in m of the box around the outline from points that are so far from the base."""
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        low, high = (corner.astype(np.float32) for corner in self._footprint.box)
+        middle, half = (low + high) / 2, (high - low) / 2
+        ahead = np.abs(cos * east + sin * north - middle[0]) - half[0]
+        aside = np.abs(cos * north - sin * east - middle[1]) - half[1]
+        gap: Values = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+        return gap
 
 
 def limited(targets: Values, start: float, change: float) -> Values:
