@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 
 import kbot
 
-REPEATS = 4
+REPEATS = 40
+"""Runs of all actions, 2 to 5 s together: a machine's speed can vary for half a second."""
 SEED = 3
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 CASES: dict[str, dict[str, Any]] = {
