@@ -128,6 +128,18 @@ def test_the_pilot_reports_a_policy_that_is_faster_than_the_described_robot(
     assert not capsys.readouterr().err
 
 
+def test_the_pilot_needs_no_description_for_a_controller_without_stated_speeds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*_: str) -> str:
+        raise kbot.KbotError("the parameter 'robot_description' must be of type str, not int: 1")
+
+    node = Recorded()
+    monkeypatch.setattr(node, "param", refuse)
+    NodePilot(node, GoToPose(kbot.PlanarPose(2.0, 0.0)))
+    assert node.periods
+
+
 def _until(node: kbot.Node, met: object, seconds: float = 60.0) -> bool:
     end = time.monotonic() + seconds
     while time.monotonic() < end:

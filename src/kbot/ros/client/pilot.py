@@ -114,9 +114,12 @@ class NodePilot:
 
 def _report_speeds(node: Node, controller: Controller) -> None:
     """Print W308 if the described robot is slower than the controller's policy."""
-    commanded, description = top_speeds(controller), node.param("robot_description", "")
-    robot = load_robot_text(description, "robot_description").robot if commanded and description else None
-    if commanded is None or robot is None:  # nothing to compare
+    commanded = top_speeds(controller)
+    if commanded is None:  # only the controllers of policies state them
+        return
+    description = node.param("robot_description", "")
+    robot = load_robot_text(description, "robot_description").robot if description else None
+    if robot is None:
         return
     finding = speed_finding(commanded, robot.name, described_top_speeds(robot))
     if finding is not None:
