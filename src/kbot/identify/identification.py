@@ -211,8 +211,8 @@ def _require_axes(log: DriveLog, motions: Motions, nominal: Nominal) -> None:
     """Fail if the reference explains the log only with x and y exchanged.
 
     The exchange is a reflection, which no pose of the sensor explains: the sensor then moves aside as in
-    turns to the other side. Drives along a line do not show it. Nor does a reference without rotations, in
-    which exchanged wheels look the same.
+    turns to the other side. Drives along a line do not show it. A reference without rotations does not
+    either, because exchanged wheels look the same in it.
     """
     swap = [1, 0, 2]
     other = motions_of(replace(log, displacements=log.displacements[:, swap], poses=log.poses[:, swap]))
@@ -252,7 +252,7 @@ def _require_radians(log: DriveLog, found: KinematicFit, nominal: Nominal) -> No
 
 
 def _is_plausible(size: float, usual: float) -> bool:
-    """Whether a size is near that of the description. NaN is: it shows nothing."""
+    """Whether a size is near that of the description. NaN counts as near, because it shows nothing."""
     return not (size <= usual / _FACTOR or size >= usual * _FACTOR)
 
 

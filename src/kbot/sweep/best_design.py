@@ -128,7 +128,7 @@ def _difference(
     """How the robot of the copied files differs from the simulated one, as the end of a sentence.
 
     Its expansion must be `wanted`. Its meshes and the files of its controllers are found from its folder, and
-    must be the same too. None if there is no difference.
+    must be the same too. Returns None if they are.
     """
     # that a package ships with KBot is reported when the new file is used
     with unsaved({file.path: file.after for file in files}), notes_sent_to(lambda text: None):

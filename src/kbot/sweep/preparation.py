@@ -68,7 +68,7 @@ class Request:
     packages: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raises KbotError: nothing varies, or there is no scenario."""
+        """Raises KbotError: no `--set` or no `--scenario` is given."""
         if not self.dimensions:
             raise KbotError(
                 "nothing varies. Add --set NAME=VALUES, for example --set wheel_radius=0.02:0.05:7"

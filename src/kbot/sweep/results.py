@@ -121,8 +121,7 @@ def results_of(plan: Plan, journal: Journal, table: Path) -> Results:
             designs[number] = Design(number, values, objectives, failures)
     passed = {each.number: tuple(each.objectives.values()) for each in designs.values() if each.passed}
     best: dict[Values, Design] = {}
-    for number in (
-        front(plan.objectives, passed) if goals else ()
-    ):  # equal designs are in the order of numbers
+    numbers = front(plan.objectives, passed) if goals else ()
+    for number in numbers:  # of equal designs, the first comes first
         best.setdefault(tuple(designs[number].values.values()), designs[number])
     return Results(plan, table, journal.count, reasons, tuple(designs.values()), tuple(best.values()))

@@ -68,7 +68,7 @@ def with_key(scenario: Scenario, path: str, value: KeyValue) -> Scenario:
 
 
 def unit_of_key(scenario: Scenario, path: str) -> str:
-    """The unit of a value by its path. Empty if it does not have one. Raises KbotError: no such key."""
+    """The unit of a value by its path. Empty if it does not have one. Raises KbotError: a key is unknown."""
     unit = ""
     for part in _parts(scenario, path.split(".")):
         is_bound = part.key in ("min", "max")
@@ -98,7 +98,7 @@ class _Part:
     value: Any
     hint: Any
 
-    def with_value(self, value: Any) -> Any:  # noqa: ANN401 - of any field
+    def with_value(self, value: Any) -> Any:  # noqa: ANN401 - a field can have any type
         """The owner with another value."""
         if dataclasses.is_dataclass(self.owner) and not isinstance(self.owner, type):
             return replace(self.owner, **{self.key: value})
@@ -109,7 +109,7 @@ class _Part:
 
 
 def _parts(scenario: Scenario, keys: Sequence[str]) -> list[_Part]:
-    """The parts of a path, from the scenario on. Raises KbotError: there is no such key."""
+    """The parts of a path, from the scenario on. Raises KbotError: a key is unknown."""
     owner: Any = scenario
     hint: Any = Scenario
     found: list[_Part] = []
@@ -121,7 +121,7 @@ def _parts(scenario: Scenario, keys: Sequence[str]) -> list[_Part]:
     return found
 
 
-def _part(owner: Any, hint: Any, key: str, rest: Sequence[str]) -> tuple[_Part | None, Sequence[str]]:  # noqa: ANN401 - of any field
+def _part(owner: Any, hint: Any, key: str, rest: Sequence[str]) -> tuple[_Part | None, Sequence[str]]:  # noqa: ANN401 - a field can have any type
     """The part of a key, and the keys that follow. None if the key is only the name of its owner."""
     if dataclasses.is_dataclass(owner) and not isinstance(owner, type):
         return _field(owner, key, rest)
@@ -137,7 +137,7 @@ def _part(owner: Any, hint: Any, key: str, rest: Sequence[str]) -> tuple[_Part |
     raise KbotError(f"there is no '{key}': the scenario does not give a value that has parts")
 
 
-def _field(owner: Any, key: str, rest: Sequence[str]) -> tuple[_Part | None, Sequence[str]]:  # noqa: ANN401 - a dataclass
+def _field(owner: Any, key: str, rest: Sequence[str]) -> tuple[_Part | None, Sequence[str]]:  # noqa: ANN401 - any dataclass of a scenario
     hints = typing.get_type_hints(type(owner))
     inner = _INNER.get(type(owner), "")
     if key in hints and key != inner and key != "place":
@@ -167,7 +167,7 @@ def _item_hint(hint: Any) -> Any:  # noqa: ANN401 - a type hint
     )
 
 
-def _converted(value: KeyValue, old: object, hint: Any) -> Any:  # noqa: ANN401 - of any field
+def _converted(value: KeyValue, old: object, hint: Any) -> Any:  # noqa: ANN401 - a field can have any type
     """A value with the type of its field."""
     if typing.get_origin(hint) in (types.UnionType, typing.Union):
         kinds = [each for each in typing.get_args(hint) if each is not types.NoneType]

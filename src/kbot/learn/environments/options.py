@@ -41,7 +41,7 @@ class Options:
                  declares a level lidar, and 0 for others
     reach        m; the furthest obstacle that the policy sees
     max_speed    highest forward speed in m/s and turning speed in rad/s; None for the limits that the robot
-                 declares, or 0.3 and 2 without one
+                 declares, or 0.3 and 2 if it declares none
     reverse      whether the policy can drive backwards
     rate         actions per second
     time_limit   s after which an episode is truncated

@@ -299,12 +299,13 @@ class TrajectorySampling:
         return cost.astype(np.float32)
 
     def _must_brake(self, mean: Values, pose: PlanarPose, twist: PlanarTwist) -> bool:
-        """Whether the robot must brake now, so that it stands before a moving obstacle touches it which goes
-        on, stops or turns back.
+        """Whether the robot must brake now to stand before it meets a moving obstacle, which may go on, stop
+        or turn back.
 
         This is passive motion safety (Bouraine, Fraichard and Salhi 2012, "Provably safe navigation for
         mobile robots with limited field-of-views in dynamic environments"). A robot that drives away from an
-        obstacle need not brake. One that would be hit where it stops evades instead."""
+        obstacle need not brake. If an obstacle would hit the robot where it stops, braking does not help, and
+        the samples find a way round."""
         commands = np.zeros((*mean.shape, 2), dtype=np.float32)
         commands[:, :_REACTION, 1] = mean[:, :_REACTION]  # the first sample brakes now
         x, y, yaw, _, _ = self._rollout(commands, pose, twist)
