@@ -47,6 +47,7 @@ def gz(inner: str) -> str:
 
 
 JOINTS = "<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</rightJoint>"
+JOINTS += "<odometrySource>encoder</odometrySource>"  # Gazebo's default is reported as W139
 GZ_JOINTS = "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>"
 
 
@@ -179,6 +180,7 @@ def test_wheels_of_different_radii_are_named_without_advising_their_mean(urdf, d
     sides = WHEEL.replace('radius="0.1"', 'radius="0.078"').format("left", 0.2)
     sides += WHEEL.replace('radius="0.1"', 'radius="0.08"').format("right", -0.2)
     joints = "<leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>"
+    joints += "<odometrySource>encoder</odometrySource>"
     robot = urdf(ROVER.format(sides + classic(f"{joints}<wheelDiameter>{diameter}</wheelDiameter>")))
     sim = Simulation(robot)
     (found,) = sim.diagnostics
@@ -186,23 +188,6 @@ def test_wheels_of_different_radii_are_named_without_advising_their_mean(urdf, d
     assert "the wheels have 0.078 on 'left_joint' and 0.08 on 'right_joint'" in found.message
     assert "0.079" not in found.message.replace("is 0.079 m", "") + found.hint
     assert sim.robots.first.settings.radius == float(diameter) / 2.0
-
-
-@pytest.mark.parametrize(
-    ("tag", "source", "codes"),
-    [
-        ("odometrySource", "world", ["W139"]),
-        ("odometry_source", "1", ["W139"]),
-        ("odometrySource", "encoder", []),
-        ("odometry_source", "0", []),
-    ],
-)
-def test_odometry_source_world_is_reported(with_extension, tag, source, codes):
-    plugin = '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so">'
-    joints = "<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</rightJoint>"
-    robot = with_extension(f"{plugin}{joints}<{tag}>{source}</{tag}></plugin></gazebo>")
-    _, diagnostics = settings_of(robot)
-    assert [d.code for d in diagnostics] == codes
 
 
 @pytest.mark.parametrize("what", ["wheel_separation_multiplier", "wheel_radius_multiplier"])

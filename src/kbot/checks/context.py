@@ -17,6 +17,7 @@ from kbot.kinematics.controller_files import ControllerFile, controller_files
 from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, find_drive
 from kbot.kinematics.drive.findings import drive_findings, plugin_findings, wheel_pairs
+from kbot.kinematics.drive.programs import setting_findings
 from kbot.kinematics.drive.wheels import MOST_JOINTS, MobileBase, Pair, meant_base
 from kbot.kinematics.frames import FrameTree, rest_frames
 from kbot.kinematics.spatial import SpatialFrame
@@ -314,6 +315,7 @@ class Context:
         return (
             *drive_findings(self.robot, self.declared_drives, self.drive, self.wheel_pairs),
             *plugin_findings(self.robot),
+            *setting_findings(self.robot),
         )
 
     @property

@@ -109,6 +109,11 @@ class Parameter:
         return number if math.isfinite(number) else None
 
     @property
+    def boolean(self) -> bool | None:
+        """The value as a boolean, which SDF also writes as 0 or 1, else None."""
+        return {"true": True, "1": True, "false": False, "0": False}.get(self.text.strip().lower())
+
+    @property
     def is_nan(self) -> bool:
         """Whether the value is NaN, which ros2_control takes for "no limit". ROS 2 reads the text `NAN` as a
         number too, in any case."""

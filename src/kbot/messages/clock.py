@@ -55,8 +55,11 @@ class Clock:
     def stamp(self) -> Time:
         return Time.from_nanoseconds(self._now)
 
-    def every(self, rate: float, callback: Callable[[], None]) -> Timer:
+    def every(self, rate: float, callback: Callable[[], None], *, start: int | None = None) -> Timer:
         """Call `callback` at `rate` (Hz of simulated time), first after one period.
+
+        With `start` (nanoseconds), first at the first multiple of the period from then on. So the times of
+        the calls do not depend on when the timer was made.
 
         Raises:
             KbotError: the rate is not a number above zero.
@@ -64,7 +67,8 @@ class Clock:
         if not NANOSECONDS / NEVER < rate <= NANOSECONDS:
             raise KbotError(f"the rate must be a number above 0 Hz, not {rate}")
         period = max(1, round(NANOSECONDS / rate))
-        timer = Timer(period, self._now + period, callback)
+        due = self._now + period if start is None else -(-start // period) * period
+        timer = Timer(period, due, callback)
         self._last_number += 1
         heappush(self._timers, (timer.due, self._last_number, timer))
         self.next_due = self._timers[0][0]

@@ -11,6 +11,7 @@ import numpy as np
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.drive.nearby import with_nearby_drive
+from kbot.kinematics.drive.programs import setting_findings
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
@@ -72,7 +73,7 @@ def prepare(
     robot = with_nearby_drive(robot, findings)
     found = find_drive(robot)
     drive = drive_with_masses(robot, _unless_commanded(robot, found))
-    findings.diagnostics += findings_of_drive(robot, found)
+    findings.diagnostics += (*findings_of_drive(robot, found), *setting_findings(robot))
     settings: DriveSettings | None = None
     if isinstance(drive, DifferentialDrive):
         settings = drive_settings(robot, drive, findings, naming)

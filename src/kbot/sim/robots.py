@@ -90,7 +90,12 @@ class Robots(Mapping[str, SimulatedRobot]):
         """Add a robot that is in the engine. Raises KbotError: a topic exists with another type."""
         robot = SimulatedRobot(prepared, self._engine, self._commands, self._journal)
         topics = RobotTopics(
-            self._bus, self._clock, robot, self._journal.report, publishes_clock=not self._robots
+            self._bus,
+            self._clock,
+            robot,
+            self._journal.report,
+            publishes_clock=not self._robots,
+            timestep=self._engine.timestep,
         )
         self._robots[robot.name], self._topics[robot.name] = robot, topics
         return robot
@@ -120,11 +125,16 @@ class Robots(Mapping[str, SimulatedRobot]):
             if robot.tick(step):
                 self._commands.follow(robot)
 
-    def publish(self, nanoseconds: int) -> None:
-        """Publish on all topics with subscribers. `nanoseconds` is the simulated time."""
+    def find_subscribers(self, nanoseconds: int) -> None:
+        """Find the topics with subscribers. `nanoseconds` is the time from which messages are published."""
         if self._bus.changes != self._seen:
             self._seen = self._bus.changes
-            self._subscribed = [topics for topics in self._topics.values() if topics.find_subscribers()]
+            topics = self._topics.values()
+            self._subscribed = [found for found in topics if found.find_subscribers(nanoseconds)]
+
+    def publish(self, nanoseconds: int) -> None:
+        """Publish on all topics with subscribers. `nanoseconds` is the simulated time."""
+        self.find_subscribers(nanoseconds)
         if self._subscribed:
             self._clock.run_timers(nanoseconds)
             for topics in self._subscribed:

@@ -106,6 +106,7 @@ class Stepping:
     def _step_alone(self, engine: Engine, n: int) -> None:
         if engine.failure is not None:
             raise engine.failure
+        self._robots.find_subscribers(round(engine.steps * self._nanoseconds) + 1)
         if self._clock.next_due != self._planned_timer or self._disturbances.due != self._planned_disturbance:
             self._plan_stop()
         try:

@@ -10,8 +10,9 @@ from typing import Any
 from kbot.kinematics.spatial import quaternion_product
 from kbot.messages import types as msg
 from kbot.messages.bus import Bus, Publisher, Subscription
-from kbot.messages.clock import NANOSECONDS, Clock
+from kbot.messages.clock import NANOSECONDS, Clock, Timer
 from kbot.messages.control import Float64, Float64MultiArray, JointTrajectory
+from kbot.sim.drive.odometry_settings import OdometrySettings
 from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_control.kinds import Input
 from kbot.sim.joint_control.trajectory_goal import require_joints
@@ -21,15 +22,32 @@ from kbot.sim.trajectory_action import TrajectoryAction
 from kbot.sim.wheel_odometry import Motion
 from kbot.text import KbotError
 
-POSE_VARIANCE = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
-"""Variances of x, y, z and the rotations, like diff_drive_controller's `pose_covariance_diagonal`."""
-
 _MESSAGES: Mapping[Input, type] = {
     Input.NUMBER: Float64,
     Input.ARRAY: Float64MultiArray,
     Input.TRAJECTORY: JointTrajectory,
 }
 """The message types of the topics of controllers."""
+
+_CONTROL_RATE = 1.0 / CONTROL_PERIOD
+_Output = tuple[Publisher[Any], Callable[[msg.Time], object]]
+
+
+def odometry_frames(robot: SimulatedRobot) -> tuple[str, str, str]:
+    """The frame of odometry, the robot's frame in it, and the frame that the transform places.
+
+    The last is the robot's root, so that every frame has one parent, also where the plugin names another link
+    of the robot. Only if the plugin names something else, the transform leads there, as from the plugin.
+    """
+    root, settings = robot.robot.root, robot.settings
+    prefix = robot.naming.frame_prefix
+    if settings is None:
+        return prefix, prefix + robot.base, prefix + root
+    odometry = settings.odometry
+    prefix = prefix if odometry.prefix is None else odometry.prefix
+    base = odometry.base_frame or robot.base
+    is_link = base.rpartition("/")[2] in robot.robot.links
+    return prefix + settings.odometry_frame, prefix + base, prefix + (root if is_link else base)
 
 
 def covariance(diagonal: tuple[float, ...]) -> tuple[float, ...]:
@@ -51,17 +69,24 @@ class RobotTopics:
         report: Callable[[str], None],
         *,
         publishes_clock: bool,
+        timestep: float,
     ) -> None:
         """`report` receives reports to the user. `publishes_clock`: whether this robot publishes `/clock`.
+        `timestep` is the simulation's, in s.
 
         Raises:
             KbotError: a topic exists with another type.
         """
         self._robot, self._bus, self._clock = robot, bus, clock
-        self._frame_prefix = robot.naming.frame_prefix
-        self._covariance = covariance(POSE_VARIANCE)
-        self._odometry_frame = self._frame_prefix
-        self._outputs: list[tuple[Publisher[Any], Callable[[msg.Time], object]]] = []
+        self._frames = odometry_frames(robot)
+        odometry = robot.settings.odometry if robot.settings is not None else OdometrySettings()
+        self._covariances = covariance(odometry.pose), covariance(odometry.twist)
+        self._rate = min(odometry.rate, 1.0 / timestep)
+        """Of odometry in Hz: it can only be published at time steps."""
+        self._timer: Timer | None = None
+        """Publishes odometry, if it has a subscriber and a rate of its own."""
+        self._outputs: list[_Output] = []
+        self._timed: list[_Output] = []
         self._commands: list[Subscription | TrajectoryAction] = []
         self._ignores_sideways = False
         """Whether a sideways command was reported that this robot cannot follow."""
@@ -94,25 +119,33 @@ class RobotTopics:
                 self._commands.append(TrajectoryAction(bus, self._clock, robot, controller, report))
         if robot.settings is None:
             return
-        self._odometry_frame += robot.settings.odometry_frame
-        first, *others = robot.settings.odometry_topics
-        self._advertise(naming.topic(first), msg.Odometry, self._odometry)
-        self._advertise("/tf", msg.TFMessage, self._transform)
-        for topic, kind in robot.settings.command_topics.items():
+        odometry = robot.settings.odometry
+        outputs = [
+            (naming.topic(topic), msg.Odometry, self._odometry) for topic in robot.settings.odometry_topics
+        ]
+        if odometry.has_transform:
+            # for the order in which subscribers receive them, the transform comes after the first odometry
+            outputs.insert(1, (odometry.transform_topic, msg.TFMessage, self._transform))
+        for topic, kind, message in outputs:
+            if self._rate == _CONTROL_RATE:
+                self._advertise(topic, kind, message)
+            else:
+                self._timed.append((bus.advertise(topic, kind, rate=self._rate), message))
+        for topic, command in robot.settings.command_topics.items():
             drive = partial(self._drive, naming.topic(topic), report)
-            self._commands.append(bus.subscribe(naming.topic(topic), kind, drive))
-        for topic in others:
-            self._advertise(naming.topic(topic), msg.Odometry, self._odometry)
+            self._commands.append(bus.subscribe(naming.topic(topic), command, drive))
 
     def _advertise(self, topic: str, kind: type, message: Callable[[msg.Time], object]) -> None:
-        self._outputs.append((self._bus.advertise(topic, kind, rate=1.0 / CONTROL_PERIOD), message))
+        self._outputs.append((self._bus.advertise(topic, kind, rate=_CONTROL_RATE), message))
 
     def close(self) -> None:
         """Unsubscribe from commands and stop publishing."""
         for commands in self._commands:
             commands.close()
-        for publisher, _ in self._outputs:
+        for publisher, _ in (*self._outputs, *self._timed):
             publisher.close()
+        if self._timer is not None:
+            self._timer.cancel()
 
     def _drive(
         self, topic: str, report: Callable[[str], None], message: msg.Twist | msg.TwistStamped
@@ -140,45 +173,58 @@ class RobotTopics:
             what = f"the stamp is {age:.3f} s old, more than the cmd_vel_timeout of {settings.watchdog:g} s"
             raise KbotError(f"{what}: stamp the command with the time of /clock")
 
-    def find_subscribers(self) -> bool:
-        """Find the topics with subscribers. Returns whether there are any."""
+    def find_subscribers(self, nanoseconds: int) -> bool:
+        """Find the topics with subscribers at this simulated time. Returns whether there are any."""
         self._subscribed = [output for output in self._outputs if output[0].has_subscribers]
-        return bool(self._subscribed)
+        is_timed = any(publisher.has_subscribers for publisher, _ in self._timed)
+        if is_timed and self._timer is None:
+            self._timer = self._clock.every(self._rate, self._publish_timed, start=nanoseconds)
+        elif not is_timed and self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        return bool(self._subscribed) or is_timed
 
     def publish(self, clock: Clock) -> None:
         """Publish the current time and state of the robot on the topics with subscribers."""
-        stamp = clock.stamp
+        self._publish(self._subscribed, clock.stamp)
+
+    def _publish_timed(self) -> None:
+        outputs = [output for output in self._timed if output[0].has_subscribers]
+        self._publish(outputs, self._clock.stamp)
+
+    def _publish(self, outputs: list[_Output], stamp: msg.Time) -> None:
         self._motion = None
-        for publisher, message in self._subscribed:
+        for publisher, message in outputs:
             publisher.publish(message(stamp))
 
     def _odometry(self, stamp: msg.Time) -> msg.Odometry:
         motion = self._motion = self._motion or self._robot.odometry
         pose, twist = motion.pose, motion.twist
+        (frame, base, _), (pose_covariance, twist_covariance) = self._frames, self._covariances
         return msg.Odometry(
-            msg.Header(stamp, self._odometry_frame),
-            self._frame_prefix + self._robot.base,
+            msg.Header(stamp, frame),
+            base,
             msg.PoseWithCovariance(
-                msg.Pose(msg.Point(pose.x, pose.y, 0.0), msg.Quaternion.about_z(pose.yaw)), self._covariance
+                msg.Pose(msg.Point(pose.x, pose.y, 0.0), msg.Quaternion.about_z(pose.yaw)), pose_covariance
             ),
             msg.TwistWithCovariance(
                 msg.Twist(msg.Vector3(twist.x, twist.y, 0.0), msg.Vector3(0.0, 0.0, twist.yaw)),
-                self._covariance,
+                twist_covariance,
             ),
         )
 
     def _transform(self, stamp: msg.Time) -> msg.TFMessage:
         """The transform from odom to the robot's root link, so that every frame has one parent."""
         motion = self._motion = self._motion or self._robot.odometry
-        pose = motion.pose
+        pose, (frame, _, root) = motion.pose, self._frames
         (x, y, z), turn = self._base_from_root
         c, s = cos(pose.yaw), sin(pose.yaw)  # ten times as fast as PlanarPose.apply
         half = pose.yaw / 2.0
         return msg.TFMessage(
             (
                 msg.TransformStamped(
-                    msg.Header(stamp, self._odometry_frame),
-                    self._frame_prefix + self._robot.robot.root,
+                    msg.Header(stamp, frame),
+                    root,
                     msg.Transform(
                         msg.Vector3(pose.x + c * x - s * y, pose.y + s * x + c * y, z),
                         msg.Quaternion(*quaternion_product((0.0, 0.0, sin(half), cos(half)), turn)),

@@ -1,4 +1,4 @@
-"""Odometry: a robot's pose and twist on the plane, computed from its wheels or, for some plugins, true."""
+"""Odometry: a robot's pose and twist on the plane, computed from its wheels or commands, or true."""
 
 from __future__ import annotations
 
@@ -148,3 +148,48 @@ class TrueOdometry:
 
     def twist(self, *speeds: float) -> PlanarTwist:
         return self._truth().twist
+
+
+class CommandOdometry:
+    """As `WheelOdometry`, for a controller that computes odometry from its commands (`open_loop`).
+
+    The wheels' angles, its arguments, have no influence.
+    """
+
+    def __init__(
+        self, commanded: Callable[[], tuple[float, float, float]], period: float, drive: DifferentialDrive
+    ) -> None:
+        """`commanded` returns the twist within limits in m/s and rad/s. `period`: s between updates."""
+        self._commanded, self._period = commanded, period
+        self._driven = PlanarOdometry(drive)
+
+    @property
+    def state(self) -> tuple[float, ...]:
+        return self._driven.state
+
+    @state.setter
+    def state(self, state: tuple[float, ...]) -> None:
+        self._driven.state = state
+
+    def reset(self, *angles: float) -> None:
+        self._driven.reset()
+
+    def start_at(self, pose: PlanarPose, *angles: float) -> None:
+        self._driven.start_at(pose, 0.0, 0.0, 0.0)
+
+    def update(self, *angles: float) -> None:
+        """Advance by one period with the commanded twist."""
+        *_, x, y, yaw = self.state
+        forward, leftward, turning = (speed * self._period for speed in self._commanded())
+        self._driven.update(x + forward, y + leftward, yaw + turning)
+
+    @property
+    def axle(self) -> tuple[float, float, float]:
+        return self._driven.axle
+
+    def pose(self, *angles: float) -> PlanarPose:
+        *_, x, y, yaw = self.state
+        return self._driven.pose(x, y, yaw)
+
+    def twist(self, *speeds: float) -> PlanarTwist:
+        return self._driven.twist(*self._commanded())

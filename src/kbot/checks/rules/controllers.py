@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from kbot.checks.context import Context
 from kbot.checks.registry import Finding, Found, reported, rule
-from kbot.kinematics.drive.declared import DeclaredDrive, words_of
+from kbot.kinematics.drive.declared import DeclaredDrive
+from kbot.kinematics.drive.programs import words_of
 from kbot.model import JointType
 from kbot.model.extensions import extensions, hardware_joints
 from kbot.text import Element, Related, Severity
@@ -62,6 +63,21 @@ def drive_joint_unknown(context: Context) -> Found:
     Autofix: none.
     """
     return reported(context.drive_findings, "W134")
+
+
+@rule("W149", "setting-ignored", Severity.INFO, "robot")
+def setting_ignored(context: Context) -> Found:
+    """A plugin or controller has a setting that changes what it does, and that KBot ignores.
+
+    Why: Outside KBot the robot behaves differently. A setting with its default value is not reported.
+
+    Example: `<publish_distance>true</publish_distance>`
+
+    Fix: None is needed. docs/reference/plugin-settings.md lists what KBot does with each setting.
+
+    Autofix: none.
+    """
+    return reported(context.drive_findings, "W149")
 
 
 @rule("D131", "joint-named-twice", Severity.ERROR, "robot")

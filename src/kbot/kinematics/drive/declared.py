@@ -18,6 +18,14 @@ from kbot.kinematics.controller_files import (
     controller_files,
     controller_parameters,
 )
+from kbot.kinematics.drive.programs import (
+    Program,
+    program_of_controller,
+    program_of_plugin,
+    tag_parameter,
+    tags_of,
+    words_of,
+)
 from kbot.model import Joint, RobotModel
 from kbot.model.extensions import gazebo_plugins, hardware_joints
 from kbot.model.spawned import spawned_controllers
@@ -61,7 +69,6 @@ _TRACTION = (
 """Tags and parameters with which the drive of a car or tricycle names driving joints."""
 _STEERS = re.compile("steer|hinge|front_wheels?_names?", re.IGNORECASE)
 """Those with which it names steering joints."""
-_TRUE = ("true", "1")
 
 _CORNERS = tuple(
     re.compile(rf"{end}_{side}(_wheel)?(_command)?(_joint)?(_name)?")
@@ -169,7 +176,7 @@ class DeclaredDrive:
     def ignores_sideways(self) -> bool:
         """Whether it moves the base but ignores linear.y, as copies of planar_move do for skid steering."""
         axis = self.given.get("enableYAxis")
-        return axis is not None and axis.text in ("false", "0")
+        return axis is not None and axis.boolean is False
 
     @property
     def separation(self) -> Size | None:
@@ -231,6 +238,14 @@ class DeclaredDrive:
         return given.number if given is not None and given.number and given.number > 0.0 else 0.5
 
     @property
+    def program(self) -> Program | None:
+        """What KBot knows of its settings. None if it is not a plugin or controller that KBot knows."""
+        if self.plugin is not None:
+            return program_of_plugin(words_of(self.plugin), self.given)
+        kind = self.given.get("type")
+        return program_of_controller(DIFF_DRIVE if kind is None else kind.text, self.ros)
+
+    @property
     def base_frame(self) -> Parameter | None:
         """The link whose motion its odometry reports."""
         if self.plugin is None:
@@ -241,13 +256,13 @@ class DeclaredDrive:
     def publishes_joints(self) -> Parameter | None:
         """The tag by which a plugin publishes the wheels' joint states."""
         states = self.given.get("publishWheelJointState") if self.plugin is not None else None
-        return states if states is not None and states.text in _TRUE else None
+        return states if states is not None and states.boolean else None
 
     @property
     def publishes_tf(self) -> bool:
         """Whether a plugin publishes the wheels' transforms."""
         tag = self.first("publishWheelTF", "publish_wheel_tf") if self.plugin is not None else None
-        return tag is not None and tag.text in _TRUE
+        return tag is not None and tag.boolean is True
 
 
 def declared_drives(robot: RobotModel) -> tuple[DeclaredDrive, ...]:
@@ -262,7 +277,7 @@ def declared_drives(robot: RobotModel) -> tuple[DeclaredDrive, ...]:
 def track_controllers(robot: RobotModel) -> dict[str, Mapping[str, Parameter]]:
     """The tags of each TrackController of gz, by the link whose belt it turns."""
     plugins = [plugin for plugin in gazebo_plugins(robot) if "trackcontroller" in words_of(plugin)]
-    tags = [{element.tag: _tag(element) for element in plugin.elements()} for plugin in plugins]
+    tags = [{element.tag: tag_parameter(element) for element in plugin.elements()} for plugin in plugins]
     return {given["link"].text: given for given in tags if "link" in given}
 
 
@@ -272,12 +287,6 @@ def drive_controller(controllers: Iterable[DeclaredDrive]) -> DeclaredDrive | No
     plugins = [c for c in running if c.plugin is not None]
     sided = [c for c in plugins if not c.is_steering]
     return next(iter((*sided, *plugins, *running)), None)
-
-
-def words_of(plugin: Element) -> str:
-    """A plugin's file and name in lower case, without `_` and `-`."""
-    words = (plugin.attributes.get("filename", "") + plugin.attributes.get("name", "")).lower()
-    return words.replace("_", "").replace("-", "")
 
 
 def commanded_joints(robot: RobotModel, interface: str) -> list[Joint]:
@@ -298,7 +307,7 @@ def movable(robot: RobotModel, names: Iterable[str]) -> list[Joint]:
 
 def _of_plugin(plugin: Element) -> DeclaredDrive | None:
     words = words_of(plugin)
-    tags = [_tag(element) for element in plugin.elements()]
+    tags = [tag_parameter(element) for element in plugin.elements()]
     holonomic = _holonomic_plugin(plugin)
     if holonomic is Holonomic.TRACKS:
         left, right = _tracks(plugin, "left_track"), _tracks(plugin, "right_track")
@@ -310,12 +319,6 @@ def _of_plugin(plugin: Element) -> DeclaredDrive | None:
         return None
     if is_steering or holonomic not in (None, Holonomic.TRACKS):
         left = right = ()
-    given: dict[str, Parameter] = {}
-    for tag in tags:
-        given.setdefault(tag.name, tag)
-    for element in plugin.elements():
-        for inner in element.elements():
-            given.setdefault(f"{element.tag}.{inner.tag}", _tag(inner))
     return DeclaredDrive(
         plugin.attributes.get("name", "the drive plugin"),
         plugin.origin,
@@ -324,7 +327,7 @@ def _of_plugin(plugin: Element) -> DeclaredDrive | None:
         2,
         left,
         right,
-        given,
+        tags_of(plugin),
         is_running=True,
         holonomic=holonomic,
         wheels=_corners(tags) if holonomic is Holonomic.MECANUM else (),
@@ -342,7 +345,7 @@ def _holonomic_plugin(plugin: Element) -> Holonomic | None:
 
 def _tracks(plugin: Element, side: str) -> tuple[Parameter, ...]:
     """The links of the tracks on a side of gz's TrackedVehicle."""
-    return tuple(_tag(link) for track in plugin.elements(side) for link in track.elements("link"))
+    return tuple(tag_parameter(link) for track in plugin.elements(side) for link in track.elements("link"))
 
 
 def _corners(given: Sequence[Parameter]) -> tuple[Parameter, ...]:
@@ -361,10 +364,6 @@ def _has_two_sides(plugin: Element, words: str, *, has_joints: bool) -> bool:
     file = plugin.attributes.get("filename", "").lower().replace("_", "").replace("-", "")
     is_by_file = any(word in file for word in ("diffdrive", "skidsteer"))
     return is_by_file or has_joints or "systems::" in words
-
-
-def _tag(element: Element) -> Parameter:
-    return Parameter(element.tag, element.text.strip(), element.text_origin, element.origin)
 
 
 def _of_parameters(robot: RobotModel) -> Iterator[DeclaredDrive]:

@@ -37,8 +37,8 @@ _LOAD_MARGIN = 0.02
 """m. A load may shift by less."""
 _ALL_AROUND = math.radians(350.0)
 DEFAULT_SETTINGS = LocalSettings()
-_ODOMETRY_SILENCE = 0.1
-"""s: the time of five messages."""
+_ODOMETRY_SILENCE = 5
+"""Odometry counts as silent after the time of this many messages."""
 
 
 class _Lidar:
@@ -96,12 +96,14 @@ class _WheelOdometry:
         self._received_at = simulation.time
         robot = simulation.robots.first
         self._subscription: Subscription | None = None
-        if robot.settings is not None:
+        # without messages there is no topic that a fault can silence
+        if robot.settings is not None and robot.settings.odometry.is_published:
+            self._longest = _ODOMETRY_SILENCE / robot.settings.odometry.rate
             topic = robot.naming.topic(robot.settings.odometry_topic)
             self._subscription = simulation.bus.subscribe(topic, Odometry, self._receive)
 
     def __call__(self) -> Motion:
-        if self._subscription is None or self._simulation.time - self._received_at < _ODOMETRY_SILENCE:
+        if self._subscription is None or self._simulation.time - self._received_at < self._longest:
             self._last = self._simulation.odometry
         return self._last
 

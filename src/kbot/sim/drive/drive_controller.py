@@ -6,18 +6,24 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import inf
 
-from kbot.kinematics.drive.declared import Holonomic
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive, find_drive
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.drive.holonomic_servos import HolonomicServos
+from kbot.sim.drive.odometry_settings import Source
 from kbot.sim.drive.settings import DriveSettings, drive_settings
 from kbot.sim.drive.steered_servos import SteeredServos
 from kbot.sim.drive.twist_controller import STILL, SavedTwist, Twist, TwistController
 from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
-from kbot.sim.recipe import SLEW_PERIOD
-from kbot.sim.wheel_odometry import Motion, PlanarOdometry, TrueOdometry, WheelOdometry
+from kbot.sim.recipe import CONTROL_PERIOD, SLEW_PERIOD
+from kbot.sim.wheel_odometry import (
+    CommandOdometry,
+    Motion,
+    PlanarOdometry,
+    TrueOdometry,
+    WheelOdometry,
+)
 from kbot.text import DiagnosticCollector
 
 SavedDrive = tuple[SavedTwist, tuple[float, ...], ServoState, bool]
@@ -63,7 +69,7 @@ class DriveController:
         self._believed = settings.with_controller_sizes(drive)
         """The drive with the sizes that the robot's own controller uses, right or wrong."""
         self._controller = twist_controller(robot, drive, settings, period)
-        self._odometry = self._find_odometry(truth)
+        self._odometry = self._find_odometry(settings.odometry.source, truth)
         self._servos = self._find_servos()
         self.is_driving = False
         """Whether `advance` has to be called, because the wheels have not reached the commanded twist."""
@@ -74,12 +80,16 @@ class DriveController:
         self._servos = self._find_servos()
         self._servos.state = state
 
-    def _find_odometry(self, truth: Callable[[], Motion]) -> WheelOdometry | PlanarOdometry | TrueOdometry:
-        if not isinstance(self._believed, SteeredDrive | HolonomicDrive):
-            return WheelOdometry(self._believed)
-        if isinstance(self._believed, HolonomicDrive) and self._believed.kind is Holonomic.BODY:
+    def _find_odometry(
+        self, source: Source, truth: Callable[[], Motion]
+    ) -> WheelOdometry | PlanarOdometry | TrueOdometry | CommandOdometry:
+        if source is Source.TRUTH:
             return TrueOdometry(truth, self._believed)
-        return PlanarOdometry(self._believed)
+        if source is Source.COMMANDS:
+            return CommandOdometry(lambda: self.twist, CONTROL_PERIOD, self._believed)
+        if isinstance(self._believed, SteeredDrive | HolonomicDrive):
+            return PlanarOdometry(self._believed)
+        return WheelOdometry(self._believed)
 
     def _find_servos(self) -> WheelServos | SteeredServos | HolonomicServos:
         model, data = self._engine.model, self._engine.data
@@ -156,7 +166,7 @@ class DriveController:
 
     @property
     def has_true_odometry(self) -> bool:
-        """Whether odometry is the true motion, because the plugin of the base publishes that."""
+        """Whether odometry is the true motion, because the plugin of the drive publishes that."""
         return isinstance(self._odometry, TrueOdometry)
 
     @property

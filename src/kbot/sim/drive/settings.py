@@ -22,8 +22,10 @@ from kbot.kinematics.drive.declared import (
     track_controllers,
 )
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
+from kbot.kinematics.drive.programs import SOURCE
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import RobotModel
+from kbot.sim.drive.odometry_settings import OdometrySettings, Source, odometry_settings
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plugin_topics import PluginNames, is_of_gazebo_ros
@@ -31,6 +33,7 @@ from kbot.sim.recipe import ANGULAR_ACCELERATION, LINEAR_ACCELERATION, WATCHDOG
 from kbot.text import DiagnosticCollector
 
 DEFAULT_LIMITS = DriveLimits()
+DEFAULT_ODOMETRY = OdometrySettings()
 TORQUE = ("wheelTorque", "max_wheel_torque")
 """The names of a plugin's torque limit of a wheel, N m."""
 ABSURD = 1000.0
@@ -61,6 +64,7 @@ class DriveSettings:
     command_topic: str = "cmd_vel"
     odometry_topic: str = "odom"
     odometry_frame: str = "odom"
+    odometry: OdometrySettings = DEFAULT_ODOMETRY
     controller: str = ""
     """The full name of the controller that drives. It has topics under this name too."""
     rim_speed: float = inf
@@ -88,6 +92,8 @@ class DriveSettings:
     @property
     def odometry_topics(self) -> tuple[str, ...]:
         """The topics on which odometry is published."""
+        if not self.odometry.is_published:
+            return ()
         own = [f"{self.controller}/{self.own_odometry}"] if self.controller else []
         return (self.odometry_topic, *own)
 
@@ -118,6 +124,9 @@ def drive_settings(
         radius, separation = _holonomic_sizes(values, controller.holonomic, drive)
     read = _of_controller if controller.plugin is None else _of_plugin
     settings = read(values, radius, separation)
+    odometry = odometry_settings(robot, controller, naming, findings)
+    _note_source(values, odometry)
+    settings = dataclasses.replace(settings, odometry=odometry)
     if isinstance(drive, SteeredDrive):
         settings = _with_steering(values, settings, drive)
     if controller.plugin is None:
@@ -251,7 +260,6 @@ def _with_steering(values: _Values, settings: DriveSettings, drive: SteeredDrive
 
 
 def _of_plugin(values: _Values, radius: float, separation: float) -> DriveSettings:
-    _note_source(values)
     return DriveSettings(
         radius,
         separation,
@@ -273,20 +281,21 @@ def _plugin_limits(values: _Values, separation: float) -> DriveLimits:
         return _controller_limits(values, "linear_velocity", "", "angular_velocity", is_on=True)
     rim = values.positive("wheelAcceleration", "max_wheel_acceleration")
     linear = values.positive("max_linear_acceleration", "max_acceleration")
-    angular = values.positive("max_angular_acceleration")
+    angular = values.positive("max_angular_acceleration", "max_acceleration")
     if rim is not None:
         # the acceleration of the wheel's rim in m/s^2 limits both driving and turning
         linear, angular = linear or rim, angular or min(rim / (separation / 2.0), ANGULAR_ACCELERATION)
     limits = DriveLimits(
         linear_velocity=values.positive("max_linear_velocity", "max_velocity") or inf,
-        angular_velocity=values.positive("max_angular_velocity") or inf,
+        angular_velocity=values.positive("max_angular_velocity", "max_velocity") or inf,
         linear_acceleration=linear or LINEAR_ACCELERATION,
         angular_acceleration=angular or ANGULAR_ACCELERATION,
         reverse_velocity=_below_zero(values.number("min_linear_velocity", "min_velocity")),
         linear_deceleration=_below_zero(values.number("min_linear_acceleration", "min_acceleration")) or None,
-        angular_deceleration=_below_zero(values.number("min_angular_acceleration")) or None,
+        angular_deceleration=_below_zero(values.number("min_angular_acceleration", "min_acceleration"))
+        or None,
         linear_jerk=values.positive("max_linear_jerk", "max_jerk") or inf,
-        angular_jerk=values.positive("max_angular_jerk") or inf,
+        angular_jerk=values.positive("max_angular_jerk", "max_jerk") or inf,
     )
     if kind is not None:
         # gz's MecanumDrive applies the same limits in each direction, and to the turn
@@ -307,21 +316,29 @@ def _track_speed(robot: RobotModel, controller: DeclaredDrive) -> float:
     return min(speeds, default=inf)
 
 
-def _note_source(values: _Values) -> None:
-    """Report a drive that publishes its true pose as odometry.
-
-    Gazebo Classic does so for the source `world`, in ROS 2 the number 1.
-    """
-    source = values.controller.first("odometrySource", "odometry_source")
-    is_true = values.controller.holonomic is Holonomic.BODY
-    if not is_true and source is not None and source.text in ("world", "1"):
+def _note_source(values: _Values, odometry: OdometrySettings) -> None:
+    """W139: a drive that publishes its true pose as odometry, in Gazebo and if it says so also in KBot."""
+    controller = values.controller
+    if controller.holonomic is Holonomic.BODY:
+        return  # it has no encoders at all
+    program = controller.program
+    switches = program.of_role(SOURCE) if program is not None else ()
+    given = controller.first("odometrySource", "odometry_source")
+    hint = "a real robot does not know its true pose"
+    if odometry.source is Source.TRUTH and given is not None:
+        message = f"<{given.name}> makes the robot's true pose its odometry, so it does not drift"
         values.findings.info(
-            "W139",
-            f"<{source.name}> requests the robot's true pose as odometry. KBot always computes odometry from"
-            " the wheels, so it drifts",
-            source.origin,
-            "write encoder, or in ROS 2 the number 0: a real robot does not know its true pose",
+            "W139", message, given.origin, f"write encoder, or in ROS 2 the number 0: {hint}"
         )
+    elif given is None and switches:
+        name = switches[0].name
+        encoder = "encoder" if switches[0].default == "world" else "0"
+        message = (
+            f"{controller.name}: Gazebo publishes the true pose as odometry, unless <{name}> is {encoder}."
+        )
+        message += " KBot computes odometry from the wheels, so it drifts"
+        hint = f"write <{name}>{encoder}</{name}>: {hint}"
+        values.findings.info("W139", message, controller.origin, hint)
 
 
 def _below_zero(value: float | None) -> float | None:
@@ -339,12 +356,15 @@ def _of_controller(values: _Values, radius: float, separation: float) -> DriveSe
     is_tricycle = kind is not None and kind.text.startswith("tricycle_controller/")
     has_references = controller.first("kinematics.wheels_radius") is not None or (steers and not is_tricycle)
     command = "reference" if has_references else "cmd_vel"
+    timeout = values.number("cmd_vel_timeout", "reference_timeout")
+    if timeout is not None and is_tricycle and controller.ros == 2:
+        timeout /= 1000.0  # tricycle_controller gives it in ms
     return DriveSettings(
         radius,
         separation,
         # ROS 2: limits apply unless a `has_…_limits` is false. ROS 1: only if it is true.
         _controller_limits(values, is_on=controller.ros == 2),
-        watchdog=values.number("cmd_vel_timeout", "reference_timeout") or WATCHDOG,
+        watchdog=timeout or WATCHDOG,
         odometry_frame=values.word("odom", "odom_frame_id"),
         controller=controller.name,
         own_command=command if controller.ros == 1 or is_stamped else f"{command}_unstamped",

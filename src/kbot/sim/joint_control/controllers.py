@@ -11,8 +11,8 @@ from kbot.kinematics.controller_files import (
     controller_parameters,
     unknown_type,
 )
-from kbot.kinematics.drive.declared import words_of
 from kbot.kinematics.drive.findings import plugin_findings, unknown_joint
+from kbot.kinematics.drive.programs import words_of
 from kbot.model import RobotModel
 from kbot.model.extensions import gazebo_plugins, hardware_joints, initial_values
 from kbot.sim.joint_control.control import JointControl, JointController

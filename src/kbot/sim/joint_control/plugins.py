@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.kinematics.drive.declared import words_of
+from kbot.kinematics.drive.programs import words_of
 from kbot.sim.joint_control.kinds import Input, Interface
 from kbot.text import Element
 
