@@ -330,14 +330,13 @@ def _note_source(values: _Values, odometry: OdometrySettings) -> None:
         values.findings.info(
             "W139", message, given.origin, f"write encoder, or in ROS 2 the number 0: {hint}"
         )
-    elif given is None and switches:
-        name = switches[0].name
-        encoder = "encoder" if switches[0].default == "world" else "0"
-        message = (
-            f"{controller.name}: Gazebo publishes the true pose as odometry, unless <{name}> is {encoder}."
-        )
+    elif given is None and (switches or (program is not None and program.knows_pose)):
+        name = switches[0].name if switches else ""
+        encoder = "encoder" if switches and switches[0].default == "world" else "0"
+        unless = f", unless <{name}> is {encoder}" if switches else ""
+        message = f"{controller.name}: Gazebo publishes the true pose as odometry{unless}."
         message += " KBot computes odometry from the wheels, so it drifts"
-        hint = f"write <{name}>{encoder}</{name}>: {hint}"
+        hint = f"write <{name}>{encoder}</{name}>: {hint}" if switches else ""
         values.findings.info("W139", message, controller.origin, hint)
 
 
