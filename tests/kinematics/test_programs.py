@@ -118,7 +118,8 @@ def test_parameters_of_a_controller_are_reported_in_their_file(tmp_path):
     file.write_text(
         "controller_manager: {ros__parameters: {base: {type: diff_drive_controller/DiffDriveController}}}\n"
         "base:\n  ros__parameters:\n    publish_limited_velocity: true\n"
-        "    velocity_rolling_window_size: 10\n    linear.x.max_deceleration: .nan\n    enable_odom_tf: false\n"
+        "    velocity_rolling_window_size: 10\n    linear.x.max_deceleration: .nan\n"
+        "    enable_odom_tf: false\n"
     )
     text = plugin("libgz_ros2_control-system.so", f"<parameters>{file}</parameters>")
     (found,) = setting_findings(load_robot_text(ROBOT.format(text), "r.urdf").require())

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.messages import Odometry, TFMessage
+from kbot.messages import JointState, Odometry, TFMessage
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, load_robot_text
 from kbot.sim import Simulation
@@ -483,3 +483,55 @@ def test_a_slow_rate_does_not_count_as_silence_for_navigation_without_a_map(two_
             sim.run(0.1)
             assert odometry() == sim.odometry
         odometry.close()
+
+
+STATES = "libgazebo_ros_joint_state_publisher.so"
+GZ_STATES, GZ_STATES_CLASS = "gz-sim-joint-state-publisher-system", "gz::sim::systems::JointStatePublisher"
+ROS_2_NAMES = "<ros><remapping>joint_states:=states</remapping></ros>"
+
+
+@pytest.mark.parametrize(
+    ("text", "topic", "rate"),
+    [
+        ("", "/joint_states", 50.0),
+        (plugin(STATES, tags(jointName="left_wheel_joint")), "/joint_states", 100.0),
+        (plugin(STATES, tags(jointName="left_wheel_joint", updateRate="20")), "/joint_states", 20.0),
+        (plugin(STATES, tags(joint_name="left_wheel_joint", update_rate="0")), "/joint_states", 500.0),
+        (plugin(STATES, tags(update_rate="30") + ROS_2_NAMES), "/states", 30.0),
+        (plugin(STATES, tags(update_rate="30") + ROS_2_NAMES), "/joint_states", 50.0),
+        (plugin(GZ_STATES, "", GZ_STATES_CLASS), "/joint_states", 50.0),
+        (plugin(GZ_STATES, tags(update_rate="25"), GZ_STATES_CLASS), "/joint_states", 25.0),
+    ],
+)
+def test_joint_states_have_the_rate_of_their_publisher(two_wheels, text, topic, rate):
+    sim, received = Simulation(two_wheels(text)), []
+    sim.bus.subscribe(topic, JointState, received.append)
+    sim.run(SECONDS)
+    assert len(received) == rate * SECONDS
+    assert received[-1].name == ("left_wheel_joint", "right_wheel_joint")
+
+
+@pytest.mark.parametrize("rate", [20, 100])
+def test_joint_states_of_a_spawned_controller_have_its_rate(plain, launched, rate):
+    manager = plugin("libgazebo_ros_control.so", "", "gazebo_ros_control")
+    yaml = f"states:\n  type: joint_state_controller/JointStateController\n  publish_rate: {rate}\n"
+    robot = launched(plain.replace("</robot>", f"{manager}</robot>"), yaml, "states", ns="/")
+    sim, received = Simulation(robot), []
+    sim.bus.subscribe("/joint_states", JointState, received.append)
+    sim.run(SECONDS)
+    assert len(received) == rate * SECONDS
+
+
+def test_a_subscription_in_the_middle_of_a_run_gets_messages_at_multiples_of_the_period(two_wheels):
+    sim, received = Simulation(two_wheels(diff_1(tags(updateRate="10")))), []
+    sim.run(0.33)
+    subscription = sim.bus.subscribe("/odom", Odometry, received.append)
+    sim.run(0.4)
+    subscription.close()
+    sim.run(0.4)
+    assert [round(m.header.stamp.nanoseconds / 1e6) for m in received] == [400, 500, 600, 700]
+    received.clear()
+    sim.reset()
+    sim.bus.subscribe("/odom", Odometry, received.append)
+    sim.run(0.2)
+    assert [round(m.header.stamp.nanoseconds / 1e6) for m in received] == [100, 200]

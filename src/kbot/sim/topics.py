@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from math import cos, sin
 from typing import Any
@@ -16,7 +17,7 @@ from kbot.sim.drive.odometry_settings import OdometrySettings
 from kbot.sim.joint_control.control import JointController
 from kbot.sim.joint_control.kinds import Input
 from kbot.sim.joint_control.trajectory_goal import require_joints
-from kbot.sim.recipe import CONTROL_PERIOD
+from kbot.sim.recipe import CONTROL_RATE
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.trajectory_action import TrajectoryAction
 from kbot.sim.wheel_odometry import Motion
@@ -29,8 +30,21 @@ _MESSAGES: Mapping[Input, type] = {
 }
 """The message types of the topics of controllers."""
 
-_CONTROL_RATE = 1.0 / CONTROL_PERIOD
 _Output = tuple[Publisher[Any], Callable[[msg.Time], object]]
+
+
+@dataclass(slots=True)
+class _Timed:
+    """Outputs with a rate other than that of control periods, and the timer that publishes them. Without a
+    subscriber they have no timer, because every timer interrupts the engine's steps."""
+
+    outputs: list[_Output]
+    timer: Timer | None = None
+
+    def stop(self) -> None:
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer = None
 
 
 def odometry_frames(robot: SimulatedRobot) -> tuple[str, str, str]:
@@ -81,12 +95,12 @@ class RobotTopics:
         self._frames = odometry_frames(robot)
         odometry = robot.settings.odometry if robot.settings is not None else OdometrySettings()
         self._covariances = covariance(odometry.pose), covariance(odometry.twist)
-        self._rate = min(odometry.rate, 1.0 / timestep)
-        """Of odometry in Hz: it can only be published at time steps."""
-        self._timer: Timer | None = None
-        """Publishes odometry, if it has a subscriber and a rate of its own."""
+        self._most = 1.0 / timestep
+        """The highest rate in Hz: a state is published at most at every time step."""
         self._outputs: list[_Output] = []
-        self._timed: list[_Output] = []
+        """What is published every control period."""
+        self._timed: dict[float, _Timed] = {}
+        """What has another rate, by that rate in Hz."""
         self._commands: list[Subscription | TrajectoryAction] = []
         self._ignores_sideways = False
         """Whether a sideways command was reported that this robot cannot follow."""
@@ -105,14 +119,12 @@ class RobotTopics:
     def _open(self, report: Callable[[str], None], publishes_clock: bool) -> None:
         """Advertise and subscribe. Raises KbotError: a topic exists with another type."""
         robot, bus, naming = self._robot, self._bus, self._robot.naming
-        joints = partial(joint_state, robot)
-        self._advertise(naming.topic("joint_states"), msg.JointState, joints)
-        if publishes_clock:
+        if publishes_clock:  # first, because the time is published before the state at this time
             self._advertise("/clock", msg.ClockMessage, msg.ClockMessage)
-            self._outputs.reverse()  # the time is published before the state at this time
-        for topic in robot.joints.control.state_topics:
-            if naming.topic(topic) != naming.topic("joint_states"):
-                self._advertise(naming.topic(topic), msg.JointState, joints)
+        rates = {naming.topic("joint_states"): CONTROL_RATE}
+        rates |= {naming.topic(topic): rate for topic, rate in robot.joints.control.state_topics.items()}
+        for topic, rate in rates.items():
+            self._advertise(topic, msg.JointState, partial(joint_state, robot), rate)
         for controller in robot.joints.control.controllers:
             self._commands.append(_subscribe_controller(bus, robot, controller))
             if controller.constraints is not None:
@@ -127,25 +139,30 @@ class RobotTopics:
             # for the order in which subscribers receive them, the transform comes after the first odometry
             outputs.insert(1, (odometry.transform_topic, msg.TFMessage, self._transform))
         for topic, kind, message in outputs:
-            if self._rate == _CONTROL_RATE:
-                self._advertise(topic, kind, message)
-            else:
-                self._timed.append((bus.advertise(topic, kind, rate=self._rate), message))
+            self._advertise(topic, kind, message, odometry.rate)
         for topic, command in robot.settings.command_topics.items():
             drive = partial(self._drive, naming.topic(topic), report)
             self._commands.append(bus.subscribe(naming.topic(topic), command, drive))
 
-    def _advertise(self, topic: str, kind: type, message: Callable[[msg.Time], object]) -> None:
-        self._outputs.append((self._bus.advertise(topic, kind, rate=_CONTROL_RATE), message))
+    def _advertise(
+        self, topic: str, kind: type, message: Callable[[msg.Time], object], rate: float = CONTROL_RATE
+    ) -> None:
+        rate = min(rate, self._most)
+        outputs = self._outputs
+        if rate != CONTROL_RATE:
+            outputs = self._timed.setdefault(rate, _Timed([])).outputs
+        outputs.append((self._bus.advertise(topic, kind, rate=rate), message))
 
     def close(self) -> None:
         """Unsubscribe from commands and stop publishing."""
         for commands in self._commands:
             commands.close()
-        for publisher, _ in (*self._outputs, *self._timed):
+        for publisher, _ in self._outputs:
             publisher.close()
-        if self._timer is not None:
-            self._timer.cancel()
+        for timed in self._timed.values():
+            for publisher, _ in timed.outputs:
+                publisher.close()
+            timed.stop()
 
     def _drive(
         self, topic: str, report: Callable[[str], None], message: msg.Twist | msg.TwistStamped
@@ -176,20 +193,21 @@ class RobotTopics:
     def find_subscribers(self, nanoseconds: int) -> bool:
         """Find the topics with subscribers at this simulated time. Returns whether there are any."""
         self._subscribed = [output for output in self._outputs if output[0].has_subscribers]
-        is_timed = any(publisher.has_subscribers for publisher, _ in self._timed)
-        if is_timed and self._timer is None:
-            self._timer = self._clock.every(self._rate, self._publish_timed, start=nanoseconds)
-        elif not is_timed and self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        return bool(self._subscribed) or is_timed
+        for rate, timed in self._timed.items():
+            is_subscribed = any(publisher.has_subscribers for publisher, _ in timed.outputs)
+            if not is_subscribed:
+                timed.stop()
+            elif timed.timer is None:
+                publish = partial(self._publish_timed, timed)
+                timed.timer = self._clock.every(rate, publish, start=nanoseconds)
+        return bool(self._subscribed) or any(timed.timer for timed in self._timed.values())
 
     def publish(self, clock: Clock) -> None:
         """Publish the current time and state of the robot on the topics with subscribers."""
         self._publish(self._subscribed, clock.stamp)
 
-    def _publish_timed(self) -> None:
-        outputs = [output for output in self._timed if output[0].has_subscribers]
+    def _publish_timed(self, timed: _Timed) -> None:
+        outputs = [output for output in timed.outputs if output[0].has_subscribers]
         self._publish(outputs, self._clock.stamp)
 
     def _publish(self, outputs: list[_Output], stamp: msg.Time) -> None:

@@ -28,13 +28,12 @@ from kbot.kinematics.drive.programs import (
 )
 from kbot.model import RobotModel
 from kbot.sim.naming import Naming
-from kbot.sim.recipe import CONTROL_PERIOD
+from kbot.sim.recipe import CONTROL_RATE
 from kbot.text import DiagnosticCollector
 
 OWN_VARIANCES = (0.001, 0.001, 0.001, 0.001, 0.001, 0.01)
 """Variances of x, y, z and the rotations for a robot without a plugin or controller. They are the values that
 TurtleBot 3 and others write for diff_drive_controller's `pose_covariance_diagonal`."""
-_OWN_RATE = 1.0 / CONTROL_PERIOD
 
 
 class Source(StrEnum):
@@ -59,7 +58,7 @@ class OdometrySettings:
 
     is_published: bool = True
     has_transform: bool = True
-    rate: float = _OWN_RATE
+    rate: float = CONTROL_RATE
     base_frame: str = ""
     prefix: str | None = None
     transform_topic: str = "/tf"
@@ -132,7 +131,7 @@ class _Reader:
         given = self._first(RATE)
         settings = self._settings(RATE)
         known = self._program is not None and settings
-        default = float(settings[0].default) if known else _OWN_RATE
+        default = float(settings[0].default) if known else CONTROL_RATE
         if given is None:
             return default
         if given.number is None:

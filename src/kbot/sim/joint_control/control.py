@@ -40,10 +40,11 @@ class JointControl:
     """The joint controllers of one robot.
 
     `holds` are the joints that a controller or the hardware holds from the start. `starts` are the positions
-    (rad or m) of joints that do not start at 0. `state_topics` are additional topics for joint states.
+    (rad or m) of joints that do not start at 0. `state_topics` are the topics of
+    joint states with their rates in Hz, apart from `joint_states` at the rate of control periods.
     """
 
     controllers: tuple[JointController, ...] = ()
     holds: frozenset[str] = frozenset()
     starts: Mapping[str, float] = field(default_factory=dict)
-    state_topics: tuple[str, ...] = ()
+    state_topics: Mapping[str, float] = field(default_factory=dict)

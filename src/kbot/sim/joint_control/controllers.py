@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from math import isfinite
+from math import inf, isfinite
 
 from kbot.kinematics.controller_files import (
     JOINT_STATE,
+    Parameter,
     Parameters,
     controller_parameters,
     unknown_type,
 )
 from kbot.kinematics.drive.findings import plugin_findings, unknown_joint
-from kbot.kinematics.drive.programs import words_of
+from kbot.kinematics.drive.programs import (
+    RATE,
+    Program,
+    program_of_controller,
+    program_of_plugin,
+    tags_of,
+    words_of,
+)
 from kbot.model import RobotModel
 from kbot.model.extensions import gazebo_plugins, hardware_joints, initial_values
 from kbot.sim.joint_control.control import JointControl, JointController
@@ -27,6 +35,7 @@ from kbot.sim.joint_control.plugins import commanded_by
 from kbot.sim.joint_control.trajectory_goal import Constraints
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plugin_topics import PluginNames, is_of_gazebo_ros
+from kbot.sim.recipe import CONTROL_RATE
 from kbot.text import DiagnosticCollector, Element
 from kbot.text.numbers import to_float
 from kbot.text.suggest import did_you_mean
@@ -117,7 +126,7 @@ def joint_control(
     known = tuple(controller for controller in controllers if controller.joints)
     held = {j for c in known if c.is_active and c.interface is not Interface.EFFORT for j in c.joints}
     starts = dict(joint_starts(robot, reader.free, findings))
-    return JointControl(known, frozenset(held | reader.hardware_holds()), starts, tuple(reader.state_topics))
+    return JointControl(known, frozenset(held | reader.hardware_holds()), starts, reader.state_topics)
 
 
 def joints_of(kind: Kind, found: Parameters) -> list[str]:
@@ -147,7 +156,8 @@ class _Reader:
         self._offered = joint_interfaces(robot, findings)
         self._has_manager = any("gazeboroscontrol" in words_of(plugin) for plugin in gazebo_plugins(robot))
         """Whether the description loads gazebo_ros_control, which runs ROS 1's controller manager."""
-        self.state_topics: list[str] = []
+        self.state_topics: dict[str, float] = {}
+        """The topics of joint states, each with its rate in Hz."""
 
     def of_parameters(self) -> Iterator[JointController]:
         """The controllers of ros_control and ros2_control."""
@@ -178,7 +188,8 @@ class _Reader:
     def _of_others(self, found: Parameters) -> None:
         """Check a controller that does not command single joints. A JointStateController adds a topic."""
         if self._has(found) and found.kind == JOINT_STATE and found.is_active:
-            self.state_topics.append(f"{found.controller.rpartition('/')[0]}/joint_states")
+            topic = f"{found.controller.rpartition('/')[0]}/joint_states"
+            self.state_topics[topic] = self._rate(program_of_controller(found.kind, found.ros), found.given)
 
     def _of_kind(self, kind: Kind, found: Parameters) -> Iterator[JointController]:
         words = joints_of(kind, found)
@@ -262,8 +273,14 @@ class _Reader:
         self.findings.diagnostics += plugin_findings(self.robot)
         for plugin in gazebo_plugins(self.robot):
             kind = commanded_by(plugin)
-            if is_of_gazebo_ros(plugin) and "jointstatepublisher" in words_of(plugin):
-                self.state_topics.append(PluginNames(plugin, self._naming).topic("joint_states"))
+            if "jointstatepublisher" in words_of(plugin):
+                tags = tags_of(plugin)
+                rate = self._rate(program_of_plugin(words_of(plugin), tags), tags)
+                is_of_ros = is_of_gazebo_ros(plugin)
+                topic = (
+                    PluginNames(plugin, self._naming).topic("joint_states") if is_of_ros else "joint_states"
+                )
+                self.state_topics[topic] = rate
             if kind is None:
                 continue
             input_, interface, ending = kind
@@ -282,6 +299,19 @@ class _Reader:
             for joint in joints:
                 own = topic or f"/model/{self.robot.name}/joint/{joint}/{ending}"
                 yield JointController(joint, own, input_, (joint,), interface)
+
+    def _rate(self, program: Program | None, given: Mapping[str, Parameter]) -> float:
+        """The rate of joint states in Hz, with the default of the plugin or controller if it has one."""
+        settings = program.of_role(RATE) if program is not None else ()
+        default = float(settings[0].default) if settings and settings[0].default else CONTROL_RATE
+        found = next((given[setting.name] for setting in settings if setting.name in given), None)
+        if found is None:
+            return default
+        if found.number is None:
+            what = f"{found.name} must be a number, not '{found.text}'"
+            self.findings.warning("W130", what, found.origin, f"KBot uses {default:g}")
+            return default
+        return found.number if found.number > 0.0 else inf
 
     def hardware_holds(self) -> set[str]:
         """Joints that the hardware holds until a controller commands them.
