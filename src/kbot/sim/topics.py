@@ -56,7 +56,7 @@ def odometry_frames(robot: SimulatedRobot) -> tuple[str, str, str]:
     root, settings = robot.robot.root, robot.settings
     prefix = robot.naming.frame_prefix
     if settings is None:
-        return prefix, prefix + robot.base, prefix + root
+        return prefix + "odom", prefix + robot.base, prefix + root
     odometry = settings.odometry
     prefix = prefix if odometry.prefix is None else odometry.prefix
     base = odometry.base_frame or robot.base

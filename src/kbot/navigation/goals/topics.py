@@ -15,6 +15,7 @@ from kbot.navigation.goals.goals import Goals
 from kbot.navigation.goals.move_base_action import ACTION, ACTION_TOPICS, MoveBaseAction
 from kbot.navigation.path import Path, from_pose_stamped, to_pose_stamped
 from kbot.sim import Simulation
+from kbot.sim.topics import odometry_frames
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.tf.foreign_frames import ForeignFrames
@@ -63,9 +64,8 @@ class NavigationTopics:
         self._timer: Timer | None = None
         bus = simulation.bus
         robot = simulation.robots.first
-        settings, naming = robot.settings, robot.naming
-        self._prefix = naming.frame_prefix
-        self._odometry_frame = self._prefix + (settings.odometry_frame if settings is not None else "odom")
+        self._prefix = robot.naming.frame_prefix
+        self._odometry_frame, *_ = odometry_frames(robot)
         self._goal = bus.advertise(CURRENT_GOAL, PoseStamped, latched=True)
         plans = PLANS if self.goals.plans else ()
         self._plans = [bus.advertise(topic, PathMessage, latched=True) for topic in plans]
@@ -81,10 +81,10 @@ class NavigationTopics:
         self._action = MoveBaseAction(simulation, self.goals, self._go, self._odometry_frame)
         self._subscriptions = [bus.subscribe(topic, PoseStamped, self._action.take) for topic in GOALS]
         self._subscriptions.append(bus.subscribe(PLACE, PoseWithCovarianceStamped, self._place))
-        if settings is not None:
+        if robot.settings is not None:
             self._subscriptions += [
-                bus.subscribe(naming.topic(topic), kind, self._driven)
-                for topic, kind in settings.command_topics.items()
+                bus.subscribe(robot.naming.topic(topic), kind, self._driven)
+                for topic, kind in robot.settings.command_topics.items()
             ]
         self.goals.watch(self._report)
 

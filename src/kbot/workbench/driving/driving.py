@@ -22,6 +22,7 @@ from kbot.sensors.declared import mount_declared
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
 from kbot.sim.snapshots import Snapshot
+from kbot.sim.topics import odometry_frames
 from kbot.text import Diagnostic, KbotError
 from kbot.tf.foreign_frames import ForeignFrames, Frames
 from kbot.workbench.driving.contact_forces import ContactForces
@@ -205,7 +206,7 @@ class Driving:
             if robot.settings is not None:
                 root = robot.robot.root
                 world_from_root = robot.body.link_pose(root) if number else poses[root]
-                frame = robot.naming.frame_prefix + robot.settings.odometry_frame
+                frame, *_ = odometry_frames(robot)
                 found[frame] = (WORLD, world_from_root @ robot.odom_from_root.inverse())
         return found
 
