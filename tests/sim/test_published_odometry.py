@@ -463,13 +463,22 @@ def test_an_invalid_switch_is_reported_and_its_default_is_used(two_wheels):
         (diff_2(ON_2), ["W139"]),
         (diff_2(ON_2 + tags(odometry_source="1")), ["W139"]),
         (diff_2(ON_2 + tags(odometry_source="0")), []),
-        # off by default: one line for odometry, one for its transform
-        (diff_2(tags(odometry_source="0")), ["W150", "W150"]),
+        # off by default: one line for odometry and its transform
+        (diff_2(tags(odometry_source="0")), ["W150"]),
+        (diff_2(tags(odometry_source="0", publish_odom="true")), ["W150"]),
         (diff_2(tags(odometry_source="0", publish_odom="true", publish_odom_tf="false")), []),
     ],
 )
 def test_defaults_that_differ_from_what_users_expect_are_reported(two_wheels, text, codes):
     assert [d.code for d in Simulation(two_wheels(text)).diagnostics] == codes
+
+
+def test_the_finding_of_a_default_names_the_switches(two_wheels):
+    (found,) = Simulation(two_wheels(diff_2(tags(odometry_source="0")))).diagnostics
+    assert found.message == (
+        "drive does not publish its odometry or the transform from odom to the robot: publish_odom and"
+        " publish_odom_tf are false by default"
+    )
 
 
 def test_a_slow_rate_does_not_count_as_silence_for_navigation_without_a_map(two_wheels):

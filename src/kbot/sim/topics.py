@@ -132,14 +132,10 @@ class RobotTopics:
         if robot.settings is None:
             return
         odometry = robot.settings.odometry
-        outputs = [
-            (naming.topic(topic), msg.Odometry, self._odometry) for topic in robot.settings.odometry_topics
-        ]
+        for topic in robot.settings.odometry_topics:
+            self._advertise(naming.topic(topic), msg.Odometry, self._odometry, odometry.rate)
         if odometry.has_transform:
-            # for the order in which subscribers receive them, the transform comes after the first odometry
-            outputs.insert(1, (odometry.transform_topic, msg.TFMessage, self._transform))
-        for topic, kind, message in outputs:
-            self._advertise(topic, kind, message, odometry.rate)
+            self._advertise(odometry.transform_topic, msg.TFMessage, self._transform, odometry.rate)
         for topic, command in robot.settings.command_topics.items():
             drive = partial(self._drive, naming.topic(topic), report)
             self._commands.append(bus.subscribe(naming.topic(topic), command, drive))

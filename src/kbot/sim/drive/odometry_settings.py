@@ -200,21 +200,26 @@ class _Reader:
 
     def _note_default_off(self, settings: OdometrySettings) -> None:
         """W150: odometry or its transform is not published, because its switch is off by default."""
+        off: dict[str, list[str]] = {}
         for role, what, is_on in (
             (ODOMETRY, "its odometry", settings.is_published),
             (TRANSFORM, "the transform from odom to the robot", settings.has_transform),
         ):
             switches = self._settings(role) if self._program is not None else ()
-            if is_on or any(s.name in self._given for s in switches) or not switches:
-                continue
-            name = switches[0].name
-            given = f"<{name}>true</{name}>" if self._controller.plugin is not None else f"{name}: true"
-            self._findings.info(
-                "W150",
-                f"{self._controller.name} does not publish {what}: {name} is false by default",
-                self._controller.origin,
-                f"write {given}, unless another node publishes it",
-            )
+            if not is_on and switches and not any(s.name in self._given for s in switches):
+                off.setdefault(switches[0].name, []).append(what)
+        if not off:
+            return
+        is_plugin = self._controller.plugin is not None
+        given = [f"<{name}>true</{name}>" if is_plugin else f"{name}: true" for name in off]
+        what = " or ".join(text for texts in off.values() for text in texts)
+        verb = "is" if len(off) == 1 else "are"
+        self._findings.info(
+            "W150",
+            f"{self._controller.name} does not publish {what}: {' and '.join(off)} {verb} false by default",
+            self._controller.origin,
+            f"write {' and '.join(given)}, unless another node publishes it",
+        )
 
     def _warn(self, given: Parameter, what: str, instead: str) -> None:
         name = given.name if self._controller.plugin is None else f"<{given.name}>"
