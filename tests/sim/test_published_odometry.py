@@ -13,6 +13,7 @@ import pytest
 from kbot.messages import JointState, Odometry, TFMessage
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, load_robot_text
+from kbot.navigation.without_map.local_pilot import _WheelOdometry
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import BlockedJoint
 from kbot.sim.naming import Naming
@@ -482,9 +483,7 @@ def test_the_finding_of_a_default_names_the_switches(two_wheels):
 
 
 def test_a_slow_rate_does_not_count_as_silence_for_navigation_without_a_map(two_wheels):
-    from kbot.navigation.without_map.local_pilot import _WheelOdometry
-
-    for inner in (tags(publishTf="false"), tags(updateRate="2")):
+    for inner in (tags(publishTf="false"), tags(updateRate="2"), tags(updateRate="0")):
         sim = Simulation(two_wheels(diff_1(inner)))
         odometry = _WheelOdometry(sim)
         sim.cmd_vel(0.2, 0.0)

@@ -37,8 +37,8 @@ _LOAD_MARGIN = 0.02
 """m. A load may shift by less."""
 _ALL_AROUND = math.radians(350.0)
 DEFAULT_SETTINGS = LocalSettings()
-_ODOMETRY_SILENCE = 5
-"""Odometry counts as silent after the time of this many messages."""
+_ODOMETRY_SILENCE = 0.1
+"""s: the time of five messages at 50 Hz. Rarer odometry counts as silent after five of its own messages."""
 
 
 class _Lidar:
@@ -98,7 +98,7 @@ class _WheelOdometry:
         self._subscription: Subscription | None = None
         # without messages there is no topic that a fault can silence
         if robot.settings is not None and robot.settings.odometry.is_published:
-            self._longest = _ODOMETRY_SILENCE / robot.settings.odometry.rate
+            self._longest = max(_ODOMETRY_SILENCE, 5.0 / robot.settings.odometry.rate)
             topic = robot.naming.topic(robot.settings.odometry_topic)
             self._subscription = simulation.bus.subscribe(topic, Odometry, self._receive)
 
