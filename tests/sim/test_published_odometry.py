@@ -458,15 +458,15 @@ def test_an_invalid_switch_is_reported_and_its_default_is_used(two_wheels):
 @pytest.mark.parametrize(
     ("text", "codes"),
     [
-        (diff_1(), ["W139"]),
+        (diff_1(), []),
         (diff_1(tags(odometrySource="world")), ["W139"]),
         (diff_1(tags(odometrySource="encoder")), []),
-        (diff_2(ON_2), ["W139"]),
+        (diff_2(ON_2), []),
         (diff_2(ON_2 + tags(odometry_source="1")), ["W139"]),
         (diff_2(ON_2 + tags(odometry_source="0")), []),
         # off by default: one line for odometry and its transform
         (diff_2(tags(odometry_source="0")), ["W150"]),
-        (diff_2(tags(odometry_source="0", publish_odom="true")), ["W150"]),
+        (diff_2(tags(publish_odom="true")), ["W150"]),
         (diff_2(tags(odometry_source="0", publish_odom="true", publish_odom_tf="false")), []),
     ],
 )

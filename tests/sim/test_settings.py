@@ -47,7 +47,6 @@ def gz(inner: str) -> str:
 
 
 JOINTS = "<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</rightJoint>"
-JOINTS += "<odometrySource>encoder</odometrySource>"  # Gazebo's default is reported as W139
 GZ_JOINTS = "<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>"
 
 
@@ -180,7 +179,6 @@ def test_wheels_of_different_radii_are_named_without_advising_their_mean(urdf, d
     sides = WHEEL.replace('radius="0.1"', 'radius="0.078"').format("left", 0.2)
     sides += WHEEL.replace('radius="0.1"', 'radius="0.08"').format("right", -0.2)
     joints = "<leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>"
-    joints += "<odometrySource>encoder</odometrySource>"
     robot = urdf(ROVER.format(sides + classic(f"{joints}<wheelDiameter>{diameter}</wheelDiameter>")))
     sim = Simulation(robot)
     (found,) = sim.diagnostics

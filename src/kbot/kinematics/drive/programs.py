@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -57,7 +57,6 @@ class Program:
     ros         1 or 2 for a controller, 0 for a plugin
     pose, twist the variances in its odometry, unless it has settings for these
     needs_rate  True if it publishes no odometry at a rate of 0, where others publish at every step
-    knows_pose  True if it always publishes the true pose as odometry, though its wheels could measure
     """
 
     key: str
@@ -68,7 +67,6 @@ class Program:
     pose: Diagonal = (0.0,) * 6
     twist: Diagonal = (0.0,) * 6
     needs_rate: bool = False
-    knows_pose: bool = False
 
     @property
     def settings(self) -> tuple[Setting, ...]:
@@ -110,10 +108,7 @@ _SKID = _planar(1e-4, 1e-4, 1e-2)
 PROGRAMS: tuple[Program, ...] = (
     _classic_2("diff_drive_2", "gazebo_ros_diff_drive"),
     _classic_1("diff_drive_1", "gazebo_ros_diff_drive"),
-    replace(
-        _classic_1("skid_steer_1", "gazebo_ros_skid_steer_drive", _SKID, _SKID),
-        knows_pose=True,
-    ),
+    _classic_1("skid_steer_1", "gazebo_ros_skid_steer_drive", _SKID, _SKID),
     _classic_2("planar_move_2", "gazebo_ros_planar_move"),
     Program(
         "planar_move_1",
@@ -134,7 +129,7 @@ PROGRAMS: tuple[Program, ...] = (
     ),
     _classic_2("tricycle_2", "gazebo_ros_tricycle_drive", (0.0,) * 6),
     _classic_1("tricycle_1", "gazebo_ros_tricycle_drive"),
-    replace(_classic_2("ackermann_2", "gazebo_ros_ackermann_drive"), knows_pose=True),
+    _classic_2("ackermann_2", "gazebo_ros_ackermann_drive"),
     _classic_2("joint_states_2", "gazebo_ros_joint_state_publisher"),
     _classic_1("joint_states_1", "gazebo_ros_joint_state_publisher"),
     _classic_2("p3d_2", "gazebo_ros_p3d"),

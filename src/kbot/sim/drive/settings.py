@@ -22,7 +22,6 @@ from kbot.kinematics.drive.declared import (
     track_controllers,
 )
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
-from kbot.kinematics.drive.programs import SOURCE
 from kbot.messages.types import Twist, TwistStamped
 from kbot.model import RobotModel
 from kbot.sim.drive.odometry_settings import OdometrySettings, Source, odometry_settings
@@ -317,27 +316,18 @@ def _track_speed(robot: RobotModel, controller: DeclaredDrive) -> float:
 
 
 def _note_source(values: _Values, odometry: OdometrySettings) -> None:
-    """W139: a drive that publishes its true pose as odometry, in Gazebo and if it says so also in KBot."""
-    controller = values.controller
-    if controller.holonomic is Holonomic.BODY:
-        return  # it has no encoders at all
-    program = controller.program
-    switches = program.of_role(SOURCE) if program is not None else ()
-    given = controller.first("odometrySource", "odometry_source")
-    hint = "a real robot does not know its true pose"
+    """W139: a drive whose setting makes the true pose its odometry.
+
+    It is Gazebo Classic's default too. KBot computes odometry from the wheels then, as a real robot does.
+    """
+    given = values.controller.first("odometrySource", "odometry_source")
     if odometry.source is Source.TRUTH and given is not None:
-        message = f"<{given.name}> makes the robot's true pose its odometry, so it does not drift"
         values.findings.info(
-            "W139", message, given.origin, f"write encoder, or in ROS 2 the number 0: {hint}"
+            "W139",
+            f"<{given.name}> makes the robot's true pose its odometry, so it does not drift",
+            given.origin,
+            "write encoder, or in ROS 2 the number 0: a real robot does not know its true pose",
         )
-    elif given is None and (switches or (program is not None and program.knows_pose)):
-        name = switches[0].name if switches else ""
-        encoder = "encoder" if switches and switches[0].default == "world" else "0"
-        unless = f", unless <{name}> is {encoder}" if switches else ""
-        message = f"{controller.name}: Gazebo publishes the true pose as odometry{unless}."
-        message += " KBot computes odometry from the wheels, so it drifts"
-        hint = f"write <{name}>{encoder}</{name}>: {hint}" if switches else ""
-        values.findings.info("W139", message, controller.origin, hint)
 
 
 def _below_zero(value: float | None) -> float | None:
