@@ -93,6 +93,15 @@ CASES = [
     (plugin("libgazebo_ros_diff_drive.so", "<publish_odom>1</publish_odom><max_speed>3</max_speed>"), []),
     # without a default, any value
     (plugin(TRACK, "<max_command_age>1</max_command_age>"), ["<max_command_age>"]),
+    # equal limits in both directions
+    (
+        plugin(
+            TRACK,
+            "<min_velocity>-1</min_velocity><max_velocity>1.0</max_velocity>",
+        ),
+        [],
+    ),
+    (plugin(TRACK, "<min_velocity>-1</min_velocity><max_velocity>2</max_velocity>"), ["<min_velocity>"]),
     # inside a tag
     (
         plugin(

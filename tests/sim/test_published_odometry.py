@@ -509,6 +509,7 @@ ROS_2_NAMES = "<ros><remapping>joint_states:=states</remapping></ros>"
         (plugin(STATES, tags(update_rate="30") + ROS_2_NAMES), "/joint_states", 50.0),
         (plugin(GZ_STATES, "", GZ_STATES_CLASS), "/joint_states", 50.0),
         (plugin(GZ_STATES, tags(update_rate="25"), GZ_STATES_CLASS), "/joint_states", 25.0),
+        (plugin(GZ_STATES, tags(topic="wheels", update_rate="25"), GZ_STATES_CLASS), "/wheels", 25.0),
     ],
 )
 def test_joint_states_have_the_rate_of_their_publisher(two_wheels, text, topic, rate):

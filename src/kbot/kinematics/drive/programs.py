@@ -281,6 +281,8 @@ def setting_findings(robot: RobotModel) -> Iterator[Diagnostic]:
             found = given.get(setting.name)
             if found is None or setting.kbot != IGNORED or _is_default(found, setting.default):
                 continue
+            if _is_mirrored(found, given.get(setting.name.replace("min_", "max_"))):
+                continue  # KBot applies the limit of one direction to both
             tag = f"<{setting.name}>" if is_plugin else setting.name
             message = f"{name}: KBot ignores {tag}: {setting.effect}"
             yield Diagnostic("W149", Severity.INFO, message, found.key)
@@ -309,6 +311,11 @@ def _is_default(given: Parameter, default: str) -> bool:
         return given.boolean is (default == "true")
     numbers = _numbers(default.split())
     return numbers is not None and _numbers(given.text.split()) == numbers
+
+
+def _is_mirrored(low: Parameter, high: Parameter | None) -> bool:
+    """Whether two limits are equal in both directions."""
+    return high is not None and None not in (low.number, high.number) and low.number == -(high.number or 0.0)
 
 
 def _numbers(words: Iterable[str]) -> list[float] | None:

@@ -276,10 +276,10 @@ class _Reader:
             if "jointstatepublisher" in words_of(plugin):
                 tags = tags_of(plugin)
                 rate = self._rate(program_of_plugin(words_of(plugin), tags), tags)
-                is_of_ros = is_of_gazebo_ros(plugin)
-                topic = (
-                    PluginNames(plugin, self._naming).topic("joint_states") if is_of_ros else "joint_states"
-                )
+                if is_of_gazebo_ros(plugin):
+                    topic = PluginNames(plugin, self._naming).topic("joint_states")
+                else:
+                    topic = tags["topic"].text if "topic" in tags else "joint_states"
                 self.state_topics[topic] = rate
             if kind is None:
                 continue
