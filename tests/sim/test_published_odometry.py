@@ -10,13 +10,16 @@ from pathlib import Path
 
 import pytest
 
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import JointState, Odometry, TFMessage
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, load_robot_text
+from kbot.navigation.with_map.go_to import go_to
 from kbot.navigation.without_map.local_pilot import _WheelOdometry
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import BlockedJoint
 from kbot.sim.naming import Naming
+from kbot.sim.topics import odometry_frames
 
 from .test_holonomic import CORNERS, FOUR, ros2_omni, tracked
 from .test_holonomic import body as holonomic
@@ -544,3 +547,34 @@ def test_a_subscription_in_the_middle_of_a_run_gets_messages_at_multiples_of_the
     sim.bus.subscribe("/odom", Odometry, received.append)
     sim.run(0.2)
     assert [round(m.header.stamp.nanoseconds / 1e6) for m in received] == [100, 200]
+
+
+def test_goals_are_reached_without_published_odometry(two_wheels):
+    """Navigation takes odometry from the simulation, so it does not need /odom or /tf."""
+    robot = two_wheels(diff_1(tags(publishTf="false")))
+    sim = Simulation(robot)
+    assert "/odom" not in sim.bus.topics
+    assert go_to(sim, PlanarPose(0.5, 0.2, 0.0), timeout=20.0).reached
+
+
+def test_frames_of_goals_and_the_page_are_those_of_odometry(two_wheels, tmp_path):
+    parameters = f"{WHEELS}, tf_frame_prefix: robot1, odom_frame_id: start, enable_odom_tf: false"
+    sim = Simulation(two_wheels(controlled(tmp_path, DIFF, parameters)))
+    assert odometry_frames(sim.robots.first) == ("robot1/start", "robot1/base_link", "robot1/base_footprint")
+
+
+def test_the_timeout_of_tricycle_controller_is_in_milliseconds(urdf, tmp_path):
+    names = "traction_joint_name: front_joint, steering_joint_name: front_steering, cmd_vel_timeout: 250"
+    wheels = REAR + wheel("front", "base_link", 0.5, 0.0, steered=True)
+    text = car(wheels, controlled(tmp_path, "tricycle_controller/TricycleController", names))
+    assert Simulation(urdf(text)).robots.first.settings.watchdog == 0.25
+
+
+def test_the_limits_of_gz_without_a_direction_bound_turns_too(two_wheels):
+    """gz's DiffDrive: `<max_velocity>` sets both the maximum linear and maximum angular velocity."""
+    limits = tags(max_velocity="0.4", max_acceleration="2", max_jerk="3", min_acceleration="-1.5")
+    found = Simulation(two_wheels(gz_diff(limits))).robots.first.settings.limits
+    assert (found.linear_velocity, found.angular_velocity) == (0.4, 0.4)
+    assert (found.linear_acceleration, found.angular_acceleration) == (2.0, 2.0)
+    assert (found.linear_deceleration, found.angular_deceleration) == (1.5, 1.5)
+    assert (found.linear_jerk, found.angular_jerk) == (3.0, 3.0)
