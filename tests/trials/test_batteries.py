@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import shutil
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ import kbot
 from kbot.model import RobotModel
 from kbot.model.load import load_robot, load_robot_text
 from kbot.text import KbotError
-from kbot.trials import Command, TrialResult, run_trial
+from kbot.trials import Command, Scenario, TrialResult, run_trial
 from kbot.trials.batteries import (
     BATTERIES,
     NotApplicable,
@@ -24,6 +26,7 @@ from kbot.trials.batteries import (
 )
 from kbot.trials.commanded_motion import CommandedMotion
 from kbot.trials.robot_facts import DriveKind, robot_facts
+from kbot.trials.trace import Trace
 
 PACKAGE = Path(kbot.__file__).parent / "robots" / "kbot_description"
 COMMANDED = tuple(name for name in BATTERIES if name not in ("rooms", "maze"))
@@ -125,6 +128,58 @@ def test_a_fault_fails(tmp_path: Path, fault: str) -> None:
     result = tried(name, edited(tmp_path, edit))
     assert not result.error
     assert not result.passed
+
+
+FORWARD, TURN, LATERAL = "forward", "turn", "lateral"
+EXCHANGED = (
+    ("<leftJoint>left_wheel_joint", "<leftJoint>right_wheel_joint"),
+    ("<rightJoint>right_wheel_joint", "<rightJoint>left_wheel_joint"),
+)
+MIRRORED = (
+    ('prefix="left" reflect="1"', 'prefix="left" reflect="-1"'),
+    ('prefix="right" reflect="-1"', 'prefix="right" reflect="1"'),
+)
+FLIPPED = (('<axis xyz="0 1 0"', '<axis xyz="0 -1 0"'),)
+WRONG_WAY: dict[str, tuple[tuple[tuple[str, str], ...], set[str]]] = {
+    # each wheel gets the speed of the other: w = (right - left) / b has the other sign
+    "its wheels are exchanged in the plugin": (EXCHANGED, {TURN}),
+    "its wheels are mounted on the other sides": (MIRRORED, {TURN}),
+    # both speeds have the other sign, and with them their sum and their difference
+    "its axes point to the right": (FLIPPED, {FORWARD, TURN}),
+    # turned by 180 degrees: the difference has the other sign twice
+    "its front is at the back": ((*FLIPPED, *EXCHANGED), {FORWARD}),
+}
+"""Edits of KBot, and the motions that then have the wrong direction."""
+
+
+def commanded_motions(name: str, kind: DriveKind) -> set[str]:
+    """What a battery commands of a base without declared limits, by its docstring."""
+    if name in ("push", "standing_still"):
+        return set()
+    if name in ("straight", "slope", "step", "narrow_gate"):
+        return {FORWARD}
+    can_turn = kind is not DriveKind.STEERED if name == "emergency_stop" else True
+    slips = kind in (DriveKind.SKID_STEERED, DriveKind.TRACKED)
+    turns = can_turn and not (slips and name in ("emergency_stop", "payload"))
+    is_lateral = kind is DriveKind.HOLONOMIC and name in ("square", "emergency_stop")
+    return {FORWARD, *([TURN] if turns else []), *([LATERAL] if is_lateral else [])}
+
+
+@pytest.mark.parametrize("name", BATTERIES)
+@pytest.mark.parametrize("fault", WRONG_WAY)
+def test_a_robot_that_moves_the_wrong_way_fails_each_battery_with_that_motion(
+    tmp_path: Path, fault: str, name: str
+) -> None:
+    edits, wrong = WRONG_WAY[fault]
+    robot = edited(tmp_path, *edits)
+    if name in ("rooms", "maze"):
+        with pytest.raises(NotApplicable, match=r"turns are reversed|drives backwards"):
+            battery(name, robot)
+        return
+    is_wrong = bool(commanded_motions(name, DriveKind.DIFFERENTIAL) & wrong)
+    result = tried(name, robot)
+    assert not result.error
+    assert result.passed is not is_wrong, result.reason
 
 
 def test_the_facts_of_the_shipped_robot() -> None:
@@ -232,6 +287,13 @@ KINDS = {
 }
 
 
+@cache
+def run_of_kind(kind: DriveKind, name: str) -> tuple[Scenario, TrialResult]:
+    robot = KINDS[kind]()
+    scenario = battery(name, robot)
+    return scenario, run_trial(scenario, scenario.seeds[0], robot, with_trace=True)
+
+
 @pytest.mark.parametrize("name", COMMANDED)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_base_of_each_kind_passes(kind: DriveKind, name: str) -> None:
@@ -241,8 +303,52 @@ def test_a_base_of_each_kind_passes(kind: DriveKind, name: str) -> None:
         with pytest.raises(NotApplicable, match="are boxes"):
             battery(name, robot)
         return
-    result = tried(name, robot)
+    _, result = run_of_kind(kind, name)
     assert result.passed, result.reason
+
+
+# signs of x, y and the heading, relative to the start, of a robot whose motions have the wrong direction
+SYMMETRIES = {
+    "mirrored": ((1.0, -1.0, -1.0), {TURN, LATERAL}),
+    "reversed": ((-1.0, -1.0, 1.0), {FORWARD, LATERAL}),
+    "mirrored and reversed": ((-1.0, 1.0, -1.0), {FORWARD, TURN}),
+}
+
+
+def moved_otherwise(trace: Trace, x: float, y: float, turn: float) -> Trace:
+    """The true motion with other signs. Odometry and commands are kept: wheels that are exchanged or turn
+    backwards do not change what a controller computes."""
+    signs = {"x": x, "forward": x, "y": y, "left": y, "yaw": turn, "turn": turn, "turn_rate": turn}
+    columns = dict(trace.columns)
+    for name, sign in signs.items():
+        start = 0.0 if name == "turn_rate" else trace[name][0]
+        columns[name] = start + sign * (trace[name] - start)
+    return replace(trace, columns=columns)
+
+
+@pytest.mark.parametrize("name", COMMANDED)
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_battery_notices_the_wrong_direction_of_what_it_commands(kind: DriveKind, name: str) -> None:
+    """By symmetry, this is the motion of a robot of any kind with the fault: the worlds are symmetric about
+    the line ahead, and level where a robot that drives backwards goes."""
+    if kind is DriveKind.TRACKED and name == "step":
+        return  # it does not apply
+    scenario, result = run_of_kind(kind, name)
+    trace = result.trace
+    assert trace is not None
+    for signs, wrong in SYMMETRIES.values():
+        moved = moved_otherwise(trace, *signs)
+        passed = all(result.passed for each in scenario.expect for result in each.results(moved))
+        assert passed is not bool(commanded_motions(name, kind) & wrong), signs
+
+
+def test_a_robot_that_turns_twice_as_far_fails_the_circle(tmp_path: Path) -> None:
+    """It drives the circle of half the radius twice, and ends where it should with the right heading."""
+    wide = ("<wheelSeparation>${wheel_separation}", "<wheelSeparation>${2*wheel_separation}")
+    result = tried("circle", edited(tmp_path, wide))
+    turn = next(measure for measure in result.measures if measure.name == "final_turn")
+    assert turn.value == pytest.approx(4.0 * math.pi, rel=0.02)
+    assert not result.passed
 
 
 def test_a_car_drives_no_circle_that_it_cannot_steer_and_reports_batteries_that_do_not_apply() -> None:

@@ -8,7 +8,7 @@ cruising speed (`cruising_speed`) and w the turning speed (`turning_speed`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from kbot.kinematics.planar_pose import PlanarPose
@@ -19,7 +19,7 @@ from kbot.sim.injected_faults import Payload
 from kbot.sim.numbers import Vector
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
-from kbot.trials.actions import Goal, InjectFault, Push
+from kbot.trials.actions import Command, Goal, InjectFault, Push
 from kbot.trials.commanded_motion import CommandedMotion
 from kbot.trials.expectations import Bound, Expectation, NeverTouches, Reaches, Settles, StaysUpright
 from kbot.trials.robot_facts import RobotFacts, robot_facts
@@ -36,6 +36,9 @@ about 2 % before calibration and by 0.2 % after it."""
 SLIPPING_TURN = (0.2, 1.1)
 """Turn of a base that turns by slipping, as a share of the commanded turn. Coulomb's law gives less than 1,
 and how much depends on the load of each tyre (see docs/explanation/wheels-on-the-ground.md)."""
+AGREEMENT = 0.5
+"""Least agreement of a motion with its command: 1 if all of it has the commanded direction, -1 if none has.
+Where one curve follows another, a robot turns the old way until it has slowed down."""
 LEVEL = 0.01
 """Largest tilt of a base at rest on level ground, in rad: a centimetre per metre."""
 REST = 0.5
@@ -98,9 +101,9 @@ def circle(facts: RobotFacts) -> Scenario:
 
     The speed is v and the radius max(1.5 L, 1.2 R). R is the smallest radius of a base that steers.
 
-    The robot returns to its start within 3 % of the circumference. A separation that is wrong by a tenth
-    turns it by 36 degrees too far, which moves the end by 2 sin(18 degrees) / 2 pi, 10 % of the
-    circumference.
+    The robot returns to its start within 3 % of the circumference, after one turn to the left within 3 %. A
+    separation that is wrong by a tenth turns it by 36 degrees too far, which moves the end by
+    2 sin(18 degrees) / 2 pi, 10 % of the circumference.
     """
     motion = CommandedMotion(facts)
     _arc(motion, facts, 2.0 * math.pi)
@@ -437,19 +440,35 @@ def _made(robot: RobotModel) -> dict[str, Scenario | NotApplicable]:
 
 
 def _commanded(name: str, facts: RobotFacts, motion: CommandedMotion, *more: Expectation) -> Scenario:
-    """A scenario of commands with the bounds of `straight`. A base that slips in turns need only turn."""
+    """A scenario of commands with the bounds of `straight`. A base that slips in turns need only turn.
+
+    A closed path ends where it begins also for a robot that turns or drives the wrong way, so each commanded
+    motion must have the commanded direction.
+    """
     end = motion.pose
-    expect: list[Expectation] = []
+    expect: list[Expectation] = list(_directions(motion))
     if not (facts.slips and motion.turned > 0.0):
         within = max(HEADING * motion.turned, LEAST_HEADING)
         expect += [
-            Reaches(end.x, end.y, POSITION * motion.path_length, end.yaw, within),
+            Reaches(end.x, end.y, POSITION * motion.path_length),
+            Bound("final_turn", end.yaw - within, end.yaw + within),
             Bound("odometry_error", max=ODOMETRY * motion.path_length),
         ]
     elif abs(end.yaw) > math.pi:
         expect.append(Bound("final_turn", *sorted(share * end.yaw for share in SLIPPING_TURN)))
     expect += [NeverTouches(), StaysUpright(), Settles(motion.settling + REST), *more]
     return Scenario(name, motion.time + REST, motion.steps, expect)
+
+
+def _directions(motion: CommandedMotion) -> Iterator[Expectation]:
+    """Each kind of motion that is commanded has the commanded direction."""
+    commands = [step.action for step in motion.steps if isinstance(step.action, Command)]
+    if any(command.linear for command in commands):
+        yield Bound("forward_agreement", min=AGREEMENT)
+    if any(command.lateral for command in commands):
+        yield Bound("lateral_agreement", min=AGREEMENT)
+    if any(command.angular for command in commands):
+        yield Bound("turn_agreement", min=AGREEMENT)
 
 
 def _arc(motion: CommandedMotion, facts: RobotFacts, angle: float) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
-from kbot.trials.trace import RATE, Trace
+from kbot.trials.trace import RATE, Array, Trace
 
 MILLIMETRE, TENTH_DEGREE = 0.001, math.radians(0.1)
 PERCENT = 0.01
@@ -128,6 +128,36 @@ def _stopping_distance(trace: Trace) -> float:
     return float(trace["distance"][-1] - trace["distance"][min(at, len(trace) - 1)])
 
 
+def _forward_agreement(trace: Trace) -> float:
+    return _agreement(trace["command_linear"], _moved(trace)[0])
+
+
+def _lateral_agreement(trace: Trace) -> float:
+    return _agreement(trace["command_lateral"], _moved(trace)[1])
+
+
+def _turn_agreement(trace: Trace) -> float:
+    return _agreement(trace["command_angular"], trace["turn_rate"][1:])
+
+
+def _moved(trace: Trace) -> tuple[Array, Array]:
+    """The motion forwards and to the left between samples, in m, (n - 1,) each."""
+    x, y, yaw = np.diff(trace["x"]), np.diff(trace["y"]), trace["yaw"][1:]
+    return np.cos(yaw) * x + np.sin(yaw) * y, np.cos(yaw) * y - np.sin(yaw) * x
+
+
+def _agreement(command: Array, motion: Array) -> float:
+    """The share of a motion in the commanded direction, minus the share against it: from 1 to -1.
+
+    `command` is (n,): a sample has the command of the time before it. `motion` is (n - 1,). Motion without a
+    command does not count. NaN if nothing is commanded, or nothing moves.
+    """
+    senses = np.sign(command[1:])
+    is_commanded = np.abs(senses) > 0.0  # a recording does not show commands: they are NaN there
+    way = float(np.abs(motion[is_commanded]).sum())
+    return float((senses * motion)[is_commanded].sum()) / way if way > 0.0 else math.nan
+
+
 def _goal_time(trace: Trace) -> float:
     reached = trace["goals_reached"]
     if not reached[-1] > 0.0:
@@ -179,6 +209,27 @@ _BUILT_IN: tuple[Measure, ...] = (
     ),
     Measure("final_up", "m", "rise of the base's origin since the start", _final("up"), MILLIMETRE),
     Measure("path_length", "m", "length of the true path", _final("distance"), MILLIMETRE),
+    Measure(
+        "forward_agreement",
+        "",
+        "share of the motion forwards and backwards in the commanded direction, minus the share against it",
+        _forward_agreement,
+        0.05,
+    ),
+    Measure(
+        "lateral_agreement",
+        "",
+        "share of the sideways motion in the commanded direction, minus the share against it",
+        _lateral_agreement,
+        0.05,
+    ),
+    Measure(
+        "turn_agreement",
+        "",
+        "share of the turns in the commanded direction, minus the share against it",
+        _turn_agreement,
+        0.05,
+    ),
     Measure("max_speed", "m/s", "highest speed over the ground", _largest("speed"), 0.005),
     Measure("max_turn_rate", "rad/s", "highest turning speed", _largest("turn_rate"), 0.01),
     Measure(
