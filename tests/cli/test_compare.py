@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -19,7 +20,14 @@ from kbot.model.load import SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError
 from kbot.trials import Command, RobotSource, Scenario, Step, run_trial
 
-NOTHING = {"schema": 1, "changed": False, "measures": [], "causes": []}
+NOTHING = {
+    "schema": 1,
+    "changed": False,
+    "measures": [],
+    "declared": [],
+    "causes": [],
+    "without_effect": [],
+}
 DRIVE = """\
 duration: 3
 steps:
@@ -73,7 +81,7 @@ def test_the_edited_line_is_the_cause(folder: Path) -> None:
 
 def test_a_comment_changes_nothing(folder: Path) -> None:
     edit(folder / "after" / "urdf" / "kbot.xacro", "</robot>", "<!-- the end --></robot>")
-    assert compare("before", "after") == {"schema": 1, "changed": False, "measures": [], "causes": []}
+    assert compare("before", "after") == NOTHING
 
 
 def test_values_apply_to_both(folder: Path) -> None:
@@ -82,11 +90,53 @@ def test_values_apply_to_both(folder: Path) -> None:
 
 def test_a_change_that_is_below_every_floor_is_no_change(folder: Path) -> None:
     # a thousandth of the mass
-    edit(folder / "after" / "urdf" / "kbot.xacro", "${4000*base_len", "${4004*base_len")
+    line = edit(folder / "after" / "urdf" / "kbot.xacro", "${4000*base_len", "${4004*base_len")
     result = compare("before", "after")
     assert not result["changed"]
     assert result["measures"]
     assert result["causes"] == []
+    assert [each["line"] for each in result["without_effect"]] == [line]
+
+
+CORRIDOR = """\
+world: corridor
+duration: 1
+"""
+
+
+@pytest.mark.parametrize("world", ["corridor", "empty"])
+def test_a_turned_lidar_is_a_change_at_its_line(folder: Path, world: str) -> None:
+    """In the corridor, a scan that is turned by 90 degrees differs. In the empty world there is none."""
+    (folder / "drive.scenario.yaml").write_text(CORRIDOR.replace("corridor", world))
+    line = edit(
+        folder / "after" / "urdf" / "kbot_lidar.xacro", '${lidar_height}" rpy="0 0 0"',
+        '${lidar_height}" rpy="0 0 ${pi/2}"',
+    )  # fmt: skip
+    result = compare("before", "after", "lidar:=true")
+    assert result["changed"]
+    yaw = next(d for d in result["declared"] if d["part"] == "sensor lidar")
+    assert (yaw["setting"], yaw["unit"], yaw["before"]) == ("yaw", "rad", 0.0)
+    assert yaw["after"] == pytest.approx(math.pi / 2.0)
+    (cause,) = result["causes"]
+    assert (cause["file"], cause["line"]) == ("after/urdf/kbot_lidar.xacro", line)
+    assert cause["declared"] == ["sensor lidar yaw", "frame lidar_link yaw"]
+    found = {m["measure"]: m for m in result["measures"]}
+    is_seen = world == "corridor"
+    assert found["scan_share/lidar"]["significant"] is is_seen
+    assert set(cause["measures"]) == ({"scan_share/lidar", "scan_difference/lidar"} if is_seen else set())
+    # the robot itself behaves as before
+    assert not any(m["significant"] for name, m in found.items() if not name.startswith("scan_"))
+    words = ("before", "after", "lidar:=true", "--scenario", "drive.scenario.yaml", "-j", "1")
+    for report in (run(*words).stdout, _markdown(*words)):
+        assert "sensor lidar" in report
+        assert "1.571 rad" in report
+        assert f"after/urdf/kbot_lidar.xacro:{line}:" in report
+        assert ("not measured: the scans of 'lidar'" in report) is not is_seen
+
+
+def _markdown(*words: str) -> str:
+    run(*words, "--markdown", "change.md")
+    return Path("change.md").read_text()
 
 
 def test_a_revision_is_compared_with_the_working_tree(folder: Path) -> None:
@@ -117,6 +167,29 @@ def test_recordings_are_compared_by_what_they_show(folder: Path) -> None:
     assert 0.2 * (3.0 - 0.1) - 0.2 * 0.1 < forward["after"] < 0.2 * 3.0
     assert result["changed"]
     assert run("slow.mcap", "slow.mcap").return_value == 0
+
+
+def test_recordings_of_a_turned_or_slower_lidar_differ(folder: Path) -> None:
+    turned = folder / "after" / "urdf" / "kbot_lidar.xacro"
+    edit(turned, '${lidar_height}" rpy="0 0 0"', '${lidar_height}" rpy="0 0 ${pi/2}"')
+    shutil.copytree(folder / "before", folder / "slow")
+    slow = folder / "slow" / "urdf" / "kbot_lidar.xacro"
+    slow.write_text(slow.read_text().replace("<update_rate>20<", "<update_rate>10<"))
+    for name in ("before", "after", "slow"):
+        source = RobotSource(str(folder / name / "urdf" / "kbot.xacro"), {"lidar": "true"})
+        scenario = Scenario(name, 2.0, [Step(Command(0.1))], robot=source, world="corridor")
+        assert not run_trial(scenario, record=f"{name}.mcap").error
+    result = json.loads(run("before.mcap", "after.mcap", "--json").stdout)
+    # the lidar's link is turned on /tf_static, and the scans show it
+    assert [(d["part"], d["setting"]) for d in result["declared"]] == [("frame lidar_link", "yaw")]
+    assert {m["measure"] for m in result["measures"] if m["significant"]} == {
+        "scan_difference/scan",
+        "scan_share/scan",
+    }
+    result = json.loads(run("before.mcap", "slow.mcap", "--json").stdout)
+    (rate,) = (m for m in result["measures"] if m["significant"])
+    assert rate["measure"] == "rate/scan"
+    assert (rate["before"], rate["after"]) == (pytest.approx(20.0, rel=0.1), pytest.approx(10.0, rel=0.1))
 
 
 def test_markdown_is_written_for_a_pull_request(folder: Path) -> None:

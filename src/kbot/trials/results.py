@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from kbot.text import Diagnostic
 from kbot.text.diagnostic import Related
+from kbot.trials.scans import Scans
 from kbot.trials.trace import Trace
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ class TrialResult:
     is_deterministic  False if a program that runs in real time took part
     findings          what KBot found about the run, such as a robot that does not drive as commanded
     recording         the file of the recording, if the run was recorded
+    scans             what each lidar measured, if it was requested
     surroundings      the map that the path is drawn on; None without a trace
     source_lines      the lines of the robot that a failure concerns; empty without a trace
     film              the last seconds of the run as an animated picture, if it was requested
@@ -87,6 +89,7 @@ class TrialResult:
     is_deterministic: bool = True
     all_values: Mapping[str, float] = field(default_factory=dict)
     trace: Trace | None = None
+    scans: Mapping[str, Scans] = field(default_factory=dict)
     robot: str = ""
     recording: str = ""
     surroundings: Surroundings | None = None

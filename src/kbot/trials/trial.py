@@ -19,8 +19,8 @@ from kbot.navigation.goals.goals import Goals
 from kbot.navigation.simulated.odometry_estimate import OdometryEstimate
 from kbot.record.record_options import RecordOptions
 from kbot.record.run_outputs import Peers, RunOutputs
-from kbot.sensors.declared import mount_declared
-from kbot.sensors.lidar import LidarSensor
+from kbot.sensors.declared import Sensors, mount_declared
+from kbot.sensors.lidar import Lidar, LidarSensor
 from kbot.sim import Simulation
 from kbot.sim.script import Script
 from kbot.text import KbotError
@@ -42,6 +42,7 @@ from kbot.trials.expectations import Bound, NeverTouches
 from kbot.trials.failure import failure_time
 from kbot.trials.measures import all_measures
 from kbot.trials.results import MeasureResult, TrialResult
+from kbot.trials.scans import ScanSampler
 from kbot.trials.scenario import RobotSource, Scenario, Step, holds
 from kbot.trials.surroundings import concerned_lines, surroundings
 from kbot.trials.trace import RATE, Event, Sampler
@@ -70,13 +71,15 @@ def run_trial(
     *,
     with_all_values: bool = False,
     with_trace: bool = False,
+    with_scans: bool = False,
     record: str = "",
     watch: Callable[[Simulation], object] | None = None,
 ) -> TrialResult:
     """Run a scenario. What goes wrong is in the result's `error`.
 
     `robot` replaces the scenario's own.
-    `with_all_values` computes all measures. `with_trace` keeps the trace.
+    `with_all_values` computes all measures. `with_trace` keeps the trace. `with_scans`
+    keeps the scans of the lidars.
     `record` is a file to record the run to. `watch` gets the simulation before it starts.
     """
     begun = time.perf_counter()
@@ -84,7 +87,14 @@ def run_trial(
     try:
         robot = robot if robot is not None else load_source(_require_robot(scenario))
         result = _run(
-            scenario, seed, robot, record, watch, with_all_values=with_all_values, with_trace=with_trace
+            scenario,
+            seed,
+            robot,
+            record,
+            watch,
+            with_all_values=with_all_values,
+            with_trace=with_trace,
+            with_scans=with_scans,
         )
     except KbotError as error:
         result = replace(result, error=first_error(error))
@@ -106,10 +116,13 @@ def _run(
     *,
     with_all_values: bool,
     with_trace: bool,
+    with_scans: bool,
 ) -> TrialResult:
     world = scenario.world_of(seed)
     simulation = Simulation(robot, world, seed, start=scenario.start)
-    _mount_sensors(simulation, scenario, is_watched=watch is not None)
+    sensors = _mount_sensors(simulation, scenario, is_watched=watch is not None)
+    lidars = {name: each.spec for name, each in sensors.items() if isinstance(each.spec, Lidar)}
+    scanner = ScanSampler(simulation, lidars if with_scans else {})
     if watch is not None:
         watch(simulation)
     needs_clearance = with_all_values or "clearance" in _quantities(scenario)
@@ -142,6 +155,7 @@ def _run(
             simulation.findings,
             all_values=values,
             trace=trace if with_trace else None,
+            scans=scanner.scans(),
             surroundings=surroundings(simulation, scenario) if with_trace else None,
             source_lines=concerned_lines(robot, measures, trace) if with_trace else (),
             robot=robot.name,
@@ -164,8 +178,9 @@ _BLIND = (Command, *TO_GOALS, Push, InjectFault, AddObject, MoveObject, RemoveOb
 """The actions that read no sensor, apart from the lidar of a goal."""
 
 
-def _mount_sensors(simulation: Simulation, scenario: Scenario, *, is_watched: bool) -> None:
-    """Mount the declared sensors. Those whose readings nothing can read measure only for subscribers.
+def _mount_sensors(simulation: Simulation, scenario: Scenario, *, is_watched: bool) -> Sensors:
+    """Mount the declared sensors, and return them by name. Those whose readings nothing can read measure only
+    for subscribers.
 
     A sensor has no influence on the motion, and an IMU at 200 Hz takes more time than the physics. Scripts
     and actions of users may read the newest reading without a subscription. So do goals, from a lidar.
@@ -173,10 +188,11 @@ def _mount_sensors(simulation: Simulation, scenario: Scenario, *, is_watched: bo
     sensors, _ = mount_declared(simulation, strict=False)
     actions = [step.action for step in scenario.steps]
     if is_watched or scenario.programs or not all(isinstance(each, _BLIND) for each in actions):
-        return
+        return sensors
     has_goal = any(isinstance(each, TO_GOALS) for each in actions)
     for sensor in sensors.values():
         sensor.only_with_subscribers |= not (has_goal and isinstance(sensor, LidarSensor))
+    return sensors
 
 
 def _quantities(scenario: Scenario) -> set[str]:

@@ -6,7 +6,8 @@ import math
 from dataclasses import replace
 
 from kbot.trials.compare.causes import Cause, Change
-from kbot.trials.compare.comparison import Comparison, to_markdown, to_text
+from kbot.trials.compare.comparison import NO_RESULT, Comparison, to_markdown, to_text
+from kbot.trials.compare.declarations import DeclaredDifference
 from kbot.trials.compare.edits import Edit
 from kbot.trials.compare.significance import Difference
 
@@ -32,13 +33,14 @@ def test_the_strongest_cause_and_measure_come_first() -> None:
         "before": 'radius="0.035"',
         "after": 'radius="0.038"',
         "measures": ["final_left", "final_turn"],
+        "declared": [],
     }
     assert second["line"] == 20
 
 
 def test_equal_descriptions_have_no_measures() -> None:
     same = Comparison("a.xacro", "b.xacro")
-    assert same.to_json() == {"schema": 1, "changed": False, "measures": [], "causes": []}
+    assert same.to_json() == NO_RESULT
     assert to_text(same) == "no change: b.xacro behaves as a.xacro, because their descriptions are equivalent"
     assert "behaves as before" in to_markdown(same)
 
@@ -88,3 +90,59 @@ def test_a_cause_of_many_edits_is_cut_in_reports() -> None:
     for report in (to_text(comparison), to_markdown(comparison)):
         assert report.count("urdf/robot.xacro:") == 10
         assert "… 30 more edits" in report
+
+
+YAW = DeclaredDifference("sensor scan", "yaw", "rad", -0.0, math.pi / 2.0)
+FRAME = DeclaredDifference("topic /odom", "frame", "", "odom", None)
+
+
+def test_a_declared_difference_is_a_change_after_the_measured_ones() -> None:
+    turned = Cause((Change((GAP,)),), {YAW.key: YAW})
+    comparison = Comparison("a", "b", (SAME,), (turned,), (YAW, FRAME))
+    assert to_text(comparison).splitlines() == [
+        "0 of 1 measures changed",
+        "",
+        "declared     setting  before      after",
+        "sensor scan  yaw       0 rad  1.571 rad",
+        "topic /odom  frame      odom          -",
+        "",
+        "cause 1: changes sensor scan yaw",
+        "  urdf/robot.xacro:20:7",
+        "    + <gap>`1`</gap>",
+    ]
+    text = to_markdown(comparison)
+    assert text.startswith("### ⚠️ The robot behaves differently: 2 declared settings changed")
+    assert "| sensor scan | yaw | 0 rad | 1.571 rad |" in text
+    result = comparison.to_json()
+    assert result["changed"] is True
+    assert result["declared"][1] == {
+        "part": "topic /odom",
+        "setting": "frame",
+        "unit": "",
+        "before": "odom",
+        "after": None,
+    }
+    assert result["causes"][0]["measures"] == []
+    assert result["causes"][0]["declared"] == ["sensor scan yaw"]
+
+
+def test_edits_without_an_effect_are_listed_and_are_no_change() -> None:
+    comparison = Comparison("a", "b", (SAME,), without_effect=(Change((WHEEL,)),))
+    assert to_text(comparison).splitlines() == [
+        "no measured change: b behaves as a (1 measures of 1 scenario)",
+        "",
+        "edits that change no measure and no declared setting:",
+        "  urdf/robot.xacro:14:42",
+        '    - radius="0.035"',
+        '    + radius="0.038"',
+    ]
+    assert comparison.to_json()["changed"] is False
+    assert "Edits that change no measure and no declared setting:" in to_markdown(comparison)
+
+
+def test_scans_that_no_scenario_shows_are_named() -> None:
+    unseen = Difference("straight", "scan_difference/scan", "m", math.nan, math.nan, 0.02)
+    comparison = Comparison("a", "b", (unseen,), (), (YAW,))
+    assert "not measured: the scans of 'scan'" in to_text(comparison)
+    seen = Difference("rooms", "scan_difference/scan", "m", 0.0, 0.3, 0.02)
+    assert "not measured" not in to_text(Comparison("a", "b", (unseen, seen), (), (YAW,)))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from kbot.trials import TrialResult
 from kbot.trials.compare.significance import COMPLETED, Difference, differences
+from kbot.trials.scans import Scans
 
 
 def _results(*values: float, error: str = "", measure: str = "final_left") -> list[TrialResult]:
@@ -67,3 +69,23 @@ def test_json_has_no_numbers_that_are_not_finite() -> None:
         "after": None,
         "significant": True,
     }
+
+
+def test_the_difference_of_scans_is_a_measure_of_each_lidar() -> None:
+    def scanned(*ranges: float) -> list[TrialResult]:
+        beam = np.array([[1.0, 0.0, 0.0]])
+        scans = (Scans(beam, 8.0, np.array([[each]], dtype=np.float32)) for each in ranges)
+        return [TrialResult("maze", seed, scans={"scan": each}) for seed, each in enumerate(scans)]
+
+    _, apart, share = differences(scanned(1.0, 2.0), scanned(1.5, 2.5))
+    assert (apart.measure, apart.unit, apart.before) == ("scan_difference/scan", "m", 0.0)
+    assert apart.after == pytest.approx(0.5)
+    assert apart.is_significant
+    assert (share.measure, share.after) == ("scan_share/scan", 1.0)
+    # 0.4 and 0.6 m: the mean is 0.5 m, and twice the standard error 2 * 0.1 * sqrt(2) / sqrt(2)
+    _, apart, _ = differences(scanned(1.0, 1.0), scanned(1.4, 1.6))
+    assert apart.threshold == pytest.approx(0.2, rel=1e-5)
+    # a lidar that sees nothing
+    _, apart, share = differences(scanned(math.inf), scanned(math.inf))
+    assert not apart.is_significant
+    assert apart.to_json()["before"] is apart.to_json()["after"] is None

@@ -17,12 +17,14 @@ from functools import partial
 from itertools import combinations
 from typing import TypeVar
 
+from kbot.trials.compare.declarations import DeclaredDifference
 from kbot.trials.compare.edits import Edit, Edits
 from kbot.trials.compare.significance import Difference
 
 T = TypeVar("T", bound=Hashable)
+Effect = Difference | DeclaredDifference
 EffectKey = tuple[str, str]
-"""A scenario and its measure."""
+"""A scenario and its measure, or a part and its setting."""
 
 _MOST_LINES = 24
 """Lines of which each pair is tried together. Each trial expands the description, in milliseconds."""
@@ -48,10 +50,11 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """Changes that affect measures: one, or several that do so only together (`is_interaction`)."""
+    """Changes that affect measures or settings: one, or several that do so only together
+    (`is_interaction`)."""
 
     changes: tuple[Change, ...]
-    effects: Mapping[EffectKey, Difference]
+    effects: Mapping[EffectKey, Effect]
 
     @property
     def is_interaction(self) -> bool:
@@ -63,9 +66,9 @@ class Cause:
         return max(effect.size for effect in self.effects.values())
 
 
-EffectsOf = Callable[[frozenset[Edit]], Mapping[EffectKey, Difference]]
-"""Simulates A with some edits, and returns the effect on each measure. The result must not depend on the
-order of calls."""
+EffectsOf = Callable[[frozenset[Edit]], Mapping[EffectKey, Effect]]
+"""Simulates A with some edits, and returns the effect on each measure and setting. The result must not
+depend on the order of calls."""
 
 
 def relevant_changes(edits: Edits) -> tuple[Change, ...]:
@@ -93,9 +96,9 @@ def explain(changes: Sequence[Change], effects_of: EffectsOf) -> tuple[Cause, ..
     Each change is tried alone. For an effect that none of them has alone, the smallest group that has it is
     searched by halving. `effects_of` is called once for each group; the first call has all changes.
     """
-    known: dict[frozenset[Edit], Mapping[EffectKey, Difference]] = {}
+    known: dict[frozenset[Edit], Mapping[EffectKey, Effect]] = {}
 
-    def effects(group: Iterable[Change]) -> Mapping[EffectKey, Difference]:
+    def effects(group: Iterable[Change]) -> Mapping[EffectKey, Effect]:
         chosen = frozenset(edit for change in group for edit in change.edits)
         if chosen not in known:
             known[chosen] = {name: e for name, e in effects_of(chosen).items() if e.is_significant}
@@ -105,7 +108,7 @@ def explain(changes: Sequence[Change], effects_of: EffectsOf) -> tuple[Cause, ..
         return name in effects(group)
 
     every = effects(changes)
-    found: dict[tuple[Change, ...], dict[EffectKey, Difference]] = {}
+    found: dict[tuple[Change, ...], dict[EffectKey, Effect]] = {}
     for change in changes if every else ():
         alone = effects((change,))
         if alone:

@@ -1,15 +1,17 @@
-"""The result of comparing two robots: which measures changed, and which edits caused it."""
+"""The result of comparing two robots: which measures and settings changed, and which edits caused it."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from kbot.text.columns import aligned
-from kbot.trials.compare.causes import Cause
+from kbot.trials.compare.causes import Cause, Change
+from kbot.trials.compare.declarations import DeclaredDifference, Setting
 from kbot.trials.compare.edits import Edit
-from kbot.trials.compare.significance import Difference
+from kbot.trials.compare.significance import SCANS, Difference
 
 SCHEMA = 1
 """Version of the JSON of `kbot compare`."""
@@ -19,14 +21,18 @@ SCHEMA = 1
 class Comparison:
     """How robot `after` behaves compared with robot `before`.
 
-    differences  all measures of all scenarios; none if the descriptions are equivalent
-    causes       strongest first
+    differences     all measures of all scenarios; none if the descriptions are equivalent
+    causes          strongest first
+    declared        the settings of sensors, topics and frames that differ
+    without_effect  edits on which a simulation may depend, but that change no measure and no setting
     """
 
     before: str
     after: str
     differences: tuple[Difference, ...] = ()
     causes: tuple[Cause, ...] = ()
+    declared: tuple[DeclaredDifference, ...] = ()
+    without_effect: tuple[Change, ...] = ()
 
     @property
     def significant(self) -> tuple[Difference, ...]:
@@ -35,7 +41,17 @@ class Comparison:
 
     @property
     def is_changed(self) -> bool:
-        return any(difference.is_significant for difference in self.differences)
+        return bool(self.declared) or any(difference.is_significant for difference in self.differences)
+
+    @property
+    def scans_not_measured(self) -> tuple[str, ...]:
+        """The lidars that both robots have, but whose scans no scenario compares."""
+        values: dict[str, list[float]] = {}
+        for difference in self.differences:
+            family, _, lidar = difference.measure.partition("/")
+            if lidar and family == SCANS[0][0]:
+                values.setdefault(lidar, []).append(difference.after)
+        return tuple(lidar for lidar, found in values.items() if all(map(math.isnan, found)))
 
     def to_json(self) -> dict[str, object]:
         """As `kbot compare --json` prints it. The edits of an interaction are separate causes."""
@@ -43,25 +59,27 @@ class Comparison:
             "schema": SCHEMA,
             "changed": self.is_changed,
             "measures": [difference.to_json() for difference in self.differences],
+            "declared": [difference.to_json() for difference in self.declared],
             "causes": [
-                {
-                    "file": edit.file,
-                    "line": edit.line,
-                    "column": edit.column,
-                    "before": edit.before,
-                    "after": edit.after,
-                    "measures": _measures(cause),
-                }
+                {**_edit_to_json(edit), "measures": _measures(cause), "declared": _settings(cause)}
                 for cause in self.causes
-                for edit in _lines(cause)
+                for edit in _lines(cause.changes)
             ],
+            "without_effect": [_edit_to_json(edit) for edit in _lines(self.without_effect)],
         }
 
 
-NO_RESULT: dict[str, object] = {"schema": SCHEMA, "changed": False, "measures": [], "causes": []}
+NO_RESULT: dict[str, object] = {
+    "schema": SCHEMA,
+    "changed": False,
+    "measures": [],
+    "declared": [],
+    "causes": [],
+    "without_effect": [],
+}
 """The JSON of a comparison that could not be made."""
 MOST_ROWS = 12
-"""Differences in the report. All are in the JSON."""
+"""Differences in each table of the report. All are in the JSON."""
 MOST_EDITS = 10
 """Edits of a cause in the report. All are in the JSON."""
 
@@ -69,53 +87,73 @@ MOST_EDITS = 10
 def to_text(comparison: Comparison, *, all_rows: bool = False) -> str:
     """The comparison for a terminal."""
     if not comparison.is_changed:
-        return f"no change: {comparison.after} behaves as {comparison.before}" + _measured(comparison)
+        no_change = f"{_no_change(comparison)}: {comparison.after} behaves as {comparison.before}"
+        return "\n".join([no_change + _measured(comparison), *_edits_without_effect(comparison)])
     significant = comparison.significant
     rows = significant if all_rows else _rows(significant)
-    lines = [f"{len(significant)} of {len(comparison.differences)} measures changed", ""]
-    head = ("scenario", "measure", "before", "after", "change")
-    lines += aligned([head, *map(_row, rows)], left=(0, 1))
+    lines = [f"{len(significant)} of {len(comparison.differences)} measures changed"]
+    if rows:
+        head = ("scenario", "measure", "before", "after", "change")
+        lines += ["", *aligned([head, *map(_row, rows)], left=(0, 1))]
     if len(rows) < len(significant):
         lines.append(f"… {len(significant) - len(rows)} more (-v)")
+    declared = comparison.declared if all_rows else comparison.declared[:MOST_ROWS]
+    if declared:
+        titles = ("declared", "setting", "before", "after")
+        lines += ["", *aligned([titles, *map(_declared_row, declared)], left=(0, 1))]
+    if len(declared) < len(comparison.declared):
+        lines.append(f"… {len(comparison.declared) - len(declared)} more (-v)")
+    if comparison.scans_not_measured:
+        lines += ["", _scans_not_measured(comparison)]
     for number, cause in enumerate(comparison.causes, 1):
         lines.append("")
         together = " (these edits act only together)" if cause.is_interaction else ""
         lines.append(f"cause {number}{together}: changes {_names(cause)}")
-        shown, more = _shown_lines(cause)
-        for edit in shown:
-            lines += [f"  {_place(edit)}", *_diff(edit, "    ")]
-        lines += [f"  {more}"] if more else []
+        lines += _edits(cause.changes)
     if not comparison.causes:
         lines += ["", "no edit of the sources explains the change"]
-    return "\n".join(lines)
+    return "\n".join([*lines, *_edits_without_effect(comparison)])
 
 
 def to_markdown(comparison: Comparison) -> str:
     """The comparison for a pull request."""
     title = f"`{comparison.after}` compared with `{comparison.before}`"
     if not comparison.is_changed:
-        return f"### ✅ The robot behaves as before\n\n{title}{_measured(comparison)}\n"
+        lines = ["### ✅ The robot behaves as before", "", title + _measured(comparison)]
+        return "\n".join([*lines, *_markdown_without_effect(comparison)]) + "\n"
     significant = comparison.significant
-    lines = [
-        f"### ⚠️ The robot behaves differently: {len(significant)} measures changed",
-        "",
-        title,
-        "",
-        "| scenario | measure | before | after | change |",
-        "| --- | --- | ---: | ---: | ---: |",
-        *(f"| {' | '.join(_escaped(cell) for cell in _row(d))} |" for d in _rows(significant)),
-    ]
+    counts = [f"{len(significant)} measures"] if significant else []
+    counts += [f"{len(comparison.declared)} declared settings"] if comparison.declared else []
+    lines = [f"### ⚠️ The robot behaves differently: {' and '.join(counts)} changed", "", title]
+    if significant:
+        lines += [
+            "",
+            "| scenario | measure | before | after | change |",
+            "| --- | --- | ---: | ---: | ---: |",
+            *(_markdown_row(_row(d)) for d in _rows(significant)),
+        ]
     if len(significant) > MOST_ROWS:
         lines += ["", f"… and {len(significant) - MOST_ROWS} more."]
+    if comparison.declared:
+        lines += [
+            "",
+            "| declared | setting | before | after |",
+            "| --- | --- | ---: | ---: |",
+            *(_markdown_row(_declared_row(d)) for d in comparison.declared[:MOST_ROWS]),
+        ]
+    if len(comparison.declared) > MOST_ROWS:
+        lines += ["", f"… and {len(comparison.declared) - MOST_ROWS} more."]
+    if comparison.scans_not_measured:
+        lines += ["", _escaped(_scans_not_measured(comparison))]
     for number, cause in enumerate(comparison.causes, 1):
         together = " (these edits act only together)" if cause.is_interaction else ""
         lines += ["", f"**Cause {number}**{together}: changes {_escaped(_names(cause))}"]
-        shown, more = _shown_lines(cause)
-        for edit in shown:
-            fence = "`" * (1 + max((2, *(len(run) for run in _backticks(edit.before + edit.after)))))
-            lines += ["", f"`{_place(edit)}`", f"{fence}diff", *_diff(edit, ""), fence]
-        lines += ["", more] if more else []
-    return "\n".join(lines) + "\n"
+        lines += _markdown_edits(cause.changes)
+    return "\n".join([*lines, *_markdown_without_effect(comparison)]) + "\n"
+
+
+def _no_change(comparison: Comparison) -> str:
+    return "no measured change" if comparison.without_effect else "no change"
 
 
 def _measured(comparison: Comparison) -> str:
@@ -146,26 +184,90 @@ def _row(difference: Difference) -> tuple[str, ...]:
     return difference.scenario, difference.measure, before, after, f"{change:+.3g}{unit}{share}"
 
 
-def _lines(cause: Cause) -> list[Edit]:
-    return [edit for change in cause.changes for edit in change.lines]
+def _declared_row(difference: DeclaredDifference) -> tuple[str, ...]:
+    def text(value: Setting | None) -> str:
+        plain = f"{value + 0.0:.4g}" if isinstance(value, float) else value  # + 0.0 turns -0.0 into 0.0
+        return f"{plain} {difference.unit}".rstrip() if plain else "-"
+
+    return difference.part, difference.setting, text(difference.before), text(difference.after)
 
 
-def _shown_lines(cause: Cause) -> tuple[list[Edit], str]:
-    """The edits of a cause that a report shows, and how many more there are."""
-    lines = _lines(cause)
+def _scans_not_measured(comparison: Comparison) -> str:
+    names = ", ".join(f"'{name}'" for name in comparison.scans_not_measured)
+    return (
+        f"not measured: the scans of {names}. They need a scenario with objects in range, and beams in the "
+        "same directions of both sensors"
+    )
+
+
+def _markdown_row(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(map(_escaped, cells))} |"
+
+
+_WITHOUT_EFFECT = "edits that change no measure and no declared setting"
+
+
+def _edits_without_effect(comparison: Comparison) -> list[str]:
+    changes = comparison.without_effect
+    return ["", f"{_WITHOUT_EFFECT}:", *_edits(changes)] if changes else []
+
+
+def _markdown_without_effect(comparison: Comparison) -> list[str]:
+    changes = comparison.without_effect
+    return ["", f"{_WITHOUT_EFFECT.capitalize()}:", *_markdown_edits(changes)] if changes else []
+
+
+def _edits(changes: Sequence[Change]) -> list[str]:
+    """The edits for a terminal."""
+    shown, more = _shown_lines(changes)
+    lines = [line for edit in shown for line in (f"  {_place(edit)}", *_diff(edit, "    "))]
+    return [*lines, f"  {more}"] if more else lines
+
+
+def _markdown_edits(changes: Sequence[Change]) -> list[str]:
+    shown, more = _shown_lines(changes)
+    lines: list[str] = []
+    for edit in shown:
+        fence = "`" * (1 + max((2, *(len(run) for run in _backticks(edit.before + edit.after)))))
+        lines += ["", f"`{_place(edit)}`", f"{fence}diff", *_diff(edit, ""), fence]
+    return [*lines, "", more] if more else lines
+
+
+def _lines(changes: Sequence[Change]) -> list[Edit]:
+    return [edit for change in changes for edit in change.lines]
+
+
+def _shown_lines(changes: Sequence[Change]) -> tuple[list[Edit], str]:
+    """The edits of some changes that a report shows, and how many more there are."""
+    lines = _lines(changes)
     more = len(lines) - MOST_EDITS
     return lines[:MOST_EDITS], f"… {more} more edits" if more > 0 else ""
+
+
+def _edit_to_json(edit: Edit) -> dict[str, object]:
+    return {
+        "file": edit.file,
+        "line": edit.line,
+        "column": edit.column,
+        "before": edit.before,
+        "after": edit.after,
+    }
 
 
 def _measures(cause: Cause) -> list[str]:
     """The names of the measures that a cause changes, the strongest effect first."""
     strongest = sorted(cause.effects.values(), key=lambda effect: -effect.size)
-    return list(dict.fromkeys(effect.measure for effect in strongest))
+    return list(dict.fromkeys(each.measure for each in strongest if isinstance(each, Difference)))
+
+
+def _settings(cause: Cause) -> list[str]:
+    """The declared settings that a cause changes."""
+    return [each.label for each in cause.effects.values() if isinstance(each, DeclaredDifference)]
 
 
 def _names(cause: Cause) -> str:
     strongest = sorted(cause.effects.values(), key=lambda effect: -effect.size)
-    names = [f"{effect.scenario} {effect.measure}" for effect in strongest]
+    names = [effect.label for effect in strongest]
     return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
 
 

@@ -9,11 +9,12 @@ from pathlib import Path
 
 from kbot.text import KbotError
 from kbot.text.notes import note
-from kbot.trials.compare.causes import Cause, EffectKey, explain, relevant_changes
+from kbot.trials.compare.causes import Change, Effect, EffectKey, explain, relevant_changes
 from kbot.trials.compare.comparison import Comparison
+from kbot.trials.compare.declarations import Declarations, DeclaredDifference, declarations
 from kbot.trials.compare.edits import Edit, Edits, Variant
 from kbot.trials.compare.revisions import Description
-from kbot.trials.compare.significance import Difference, differences
+from kbot.trials.compare.significance import differences
 from kbot.trials.errors import sentence
 from kbot.trials.pool import Pool, time_limit
 from kbot.trials.results import TrialResult
@@ -38,7 +39,8 @@ def compare(
     pool: Pool,
     on_progress: Callable[[int, int], None] = lambda done, count: None,
 ) -> Comparison:
-    """Compare two robots. The scenarios are made for the first and used for both.
+    """Compare two robots: what they declare, and their runs. The scenarios are made for the first and used
+    for both.
 
     `edits` are those between the two. `on_progress` gets the number of trials that are done, and of all that
     are known so far.
@@ -58,20 +60,50 @@ def compare(
     _require_a_run(original, before.name)
     _require_a_run(edited, after.name, is_edited=True)
     found = [d for name in original for d in differences(original[name], edited[name])]
-    known: dict[frozenset[Edit], list[Difference]] = {
-        frozenset(edit for change in changes for edit in change.edits): found
+    declared_before = _declarations(edits.variant(()))
+
+    def declared(variant: Variant) -> tuple[DeclaredDifference, ...]:
+        after = _declarations(variant)
+        return () if declared_before is None or after is None else declared_before.differences(after)
+
+    settings = declared(target)
+    known: dict[frozenset[Edit], Sequence[Effect]] = {
+        frozenset(edit for change in changes for edit in change.edits): (*found, *settings)
     }
     affected = [s for s in scenarios if any(d.is_significant for d in found if d.scenario == s.scenario.name)]
 
-    def effects(chosen: frozenset[Edit]) -> Mapping[EffectKey, Difference]:
+    def effects(chosen: frozenset[Edit]) -> Mapping[EffectKey, Effect]:
         if chosen not in known:
-            (changed,) = trials.run(affected, (edits.variant(chosen),))
-            known[chosen] = [d for name in changed for d in differences(original[name], changed[name])]
+            variant = edits.variant(chosen)
+            (changed,) = trials.run(affected, (variant,))
+            measured = [d for name in changed for d in differences(original[name], changed[name])]
+            known[chosen] = (*measured, *declared(variant))
         return {d.key: d for d in known[chosen]}
 
-    causes = explain(changes, effects) if affected else ()
-    named = tuple(_with_shown_files(cause, before, after) for cause in causes)
-    return Comparison(before.name, after.name, tuple(found), named)
+    causes = explain(changes, effects) if affected or settings else ()
+    explained = {change for cause in causes for change in cause.changes}
+    without_effect = tuple(change for change in changes if change not in explained)
+
+    def shown(some: Sequence[Change]) -> tuple[Change, ...]:
+        return _with_shown_files(some, before, after)
+
+    return Comparison(
+        before.name,
+        after.name,
+        tuple(found),
+        tuple(replace(cause, changes=shown(cause.changes)) for cause in causes),
+        settings,
+        shown(without_effect),
+    )
+
+
+def _declarations(variant: Variant) -> Declarations | None:
+    """None for a robot that cannot be simulated: its scenarios report this."""
+    try:
+        with variant.opened() as robot:
+            return declarations(robot)
+    except KbotError:
+        return None
 
 
 def _require_a_run(
@@ -90,15 +122,16 @@ def _require_a_run(
         note(text)
 
 
-def _with_shown_files(cause: Cause, before: Description, after: Description) -> Cause:
-    """The cause with the names of files as reports show them. A deleted file is that of A."""
+def _with_shown_files(
+    changes: Sequence[Change], before: Description, after: Description
+) -> tuple[Change, ...]:
+    """The changes with the names of files as reports show them. A deleted file is that of A."""
 
     def shown(edit: Edit) -> Edit:
         is_old = before.tree != "" and Path(edit.file).is_relative_to(before.tree)
         return replace(edit, file=(before if is_old else after).shown(edit.file))
 
-    changes = tuple(replace(change, edits=tuple(map(shown, change.edits))) for change in cause.changes)
-    return replace(cause, changes=changes)
+    return tuple(replace(change, edits=tuple(map(shown, change.edits))) for change in changes)
 
 
 class _Trials:
@@ -137,4 +170,4 @@ class _Trials:
 
 def _run(run: _Run) -> TrialResult:
     with run.robot.opened() as robot:
-        return run_trial(run.found.whole(), run.seed, robot, with_all_values=True)
+        return run_trial(run.found.whole(), run.seed, robot, with_all_values=True, with_scans=True)

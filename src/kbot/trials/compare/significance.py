@@ -14,6 +14,9 @@ from kbot.trials.results import TrialResult
 
 COMPLETED = "completed"
 """The name under which a comparison lists whether a scenario ran to its end: 1 or 0."""
+SCANS = (("scan_difference", "m", 0.02), ("scan_share", "", 0.05))
+"""What a comparison lists for each lidar: the name, the unit, and the smallest change that counts, above what
+two recordings with different noise of 1 cm show. See `Scans.difference`. Before, each is 0 by definition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,10 @@ class Difference:
     def key(self) -> tuple[str, str]:
         return self.scenario, self.measure
 
+    @property
+    def label(self) -> str:
+        return f"{self.scenario} {self.measure}"
+
     def to_json(self) -> dict[str, object]:
         return {
             "scenario": self.scenario,
@@ -69,6 +76,22 @@ def differences(before: Sequence[TrialResult], after: Sequence[TrialResult]) -> 
     known = dict.fromkeys(key for result in (*before, *after) for key in result.all_values)
     for key in known:
         found.append(_difference(name, find_measure(key), _values(before, key), _values(after, key)))
+    return found + _scan_differences(name, before, after)
+
+
+def _scan_differences(
+    scenario: str, before: Sequence[TrialResult], after: Sequence[TrialResult]
+) -> list[Difference]:
+    """The differences of the scans of the lidars that both robots have."""
+    found = []
+    for lidar in (name for name in before[0].scans if name in after[0].scans):
+        pairs = zip(before, after, strict=True)
+        values = [one.scans[lidar].difference(other.scans[lidar]) for one, other in pairs]
+        for (name, unit, floor), own in zip(SCANS, zip(*values, strict=True), strict=True):
+            mean, spread = _mean(own), _uncertainty(own)
+            zero = math.nan if math.isnan(mean) else 0.0
+            threshold = floor if math.isnan(spread) else max(floor, spread)
+            found.append(Difference(scenario, f"{name}/{lidar}", unit, zero, mean, threshold))
     return found
 
 
@@ -89,11 +112,11 @@ def _difference(scenario: str, measure: Measure, before: list[float], after: lis
     return Difference(scenario, measure.name, measure.unit, mean_before, mean_after, threshold)
 
 
-def _mean(values: list[float]) -> float:
+def _mean(values: Sequence[float]) -> float:
     return math.fsum(values) / len(values)
 
 
-def _uncertainty(differences: list[float]) -> float:
+def _uncertainty(differences: Sequence[float]) -> float:
     """Twice the standard error of the mean difference over the seeds, which both robots share.
 
     Without an effect, 95 % of mean differences are smaller. It is 0 for one seed: a run has no noise.
