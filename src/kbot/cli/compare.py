@@ -71,7 +71,7 @@ if TYPE_CHECKING:
     help="Write a film (.webp or .gif) of the scenario that changed most, before and after.",
 )
 @click.option("--show", is_flag=True, help="Then show both robots side by side in the browser.")
-@click.option("-v", "--verbose", is_flag=True, help="List all changed measures.")
+@click.option("-v", "--verbose", is_flag=True, help="List all changed measures and settings.")
 @json_option
 @package_path_option
 def command(
@@ -92,7 +92,7 @@ def command(
     revision, and REVISION: the package in the current folder. name:=value applies to both.
 
     The scenarios are made for A and run with both robots. A change counts if it exceeds the floor of its
-    measure and its spread between seeds.
+    measure and its spread between seeds. Each difference of a declared sensor, topic or frame counts.
 
     Exit status: 0 the robots behave the same; 1 they do not; 2 unusable input.
     """
