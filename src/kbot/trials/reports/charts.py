@@ -36,6 +36,9 @@ QUANTITIES_OF: dict[str, tuple[str, ...]] = {
     "max_left": ("left",),
     "final_up": ("up",),
     "path_length": ("distance",),
+    "forward_agreement": ("forward", "command_linear"),
+    "lateral_agreement": ("left", "command_lateral"),
+    "turn_agreement": ("turn_rate", "command_angular"),
     "max_speed": ("speed", "command_linear"),
     "max_turn_rate": ("turn_rate", "command_angular"),
     "max_acceleration": ("speed", "command_linear"),
@@ -64,6 +67,9 @@ _DEFAULT = ("speed", "command_linear")
 _OF_MAGNITUDE = ("max_left", "max_turn_rate")
 """Measures of the magnitude of a quantity that has a sign. The bound applies to both signs."""
 _WITHOUT_LEVEL = (
+    "forward_agreement",
+    "lateral_agreement",
+    "turn_agreement",
     "max_acceleration",
     "odometry_turn_error",
     "odometry_path_length",
