@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from kbot.kinematics.transform import Transform
 from kbot.model.load import load_robot
 from kbot.sensors.declared import mount_declared
 from kbot.sensors.lidar import Lidar
@@ -41,6 +42,16 @@ ONE_BEAM = Scans(np.array([AHEAD]), 8.0, np.ones((1, 1), np.float32))
 )  # fmt: skip
 def test_the_difference_of_scans(one: Scans, other: Scans, median: float, share: float) -> None:
     assert one.difference(other) == pytest.approx((median, share), abs=1e-6, nan_ok=True)
+
+
+@pytest.mark.parametrize(("world", "is_seen"), [("empty", False), ("corridor", True)])
+def test_the_ground_alone_is_not_an_object(world: str, is_seen: bool) -> None:
+    simulation = Simulation(load_robot("kbot").require(), world)
+    down = Transform.from_xyz_rpy((0.0, 0.0, 0.1), (0.0, 0.5, 0.0))  # looks at the ground ahead
+    lidar = Lidar(link="base_link", name="down", pose=down, angle_min=-0.1, angle_max=0.1)
+    sampler = ScanSampler(simulation, {"down": lidar})
+    simulation.run(0.6)
+    assert np.isfinite(sampler.scans()["down"].ranges).any() == is_seen
 
 
 def test_a_lidar_in_a_corridor_sees_its_walls() -> None:

@@ -76,8 +76,12 @@ class ScanSampler:
         return {lidar.name: lidar.scans() for lidar in self._lidars}
 
     def _sample(self) -> None:
+        simulation = self._simulation
+        parts = (part for body in simulation.world.bodies for part in body.parts)
+        # beams of a robot that tilts hit the ground for a moment, which says nothing about the lidar
+        has_objects = len(simulation.robots) > 1 or any(not part.ground for part in parts)
         for lidar in self._lidars:
-            lidar.sample(self._simulation)
+            lidar.sample(simulation, has_objects=has_objects)
 
 
 class _Lidar:
@@ -88,8 +92,12 @@ class _Lidar:
         self._rays = Rays(simulation.robots.first.name, self._directions)
         self._ranges: list[NDArray[np.float32]] = []
 
-    def sample(self, simulation: Simulation) -> None:
+    def sample(self, simulation: Simulation, *, has_objects: bool) -> None:
+        """Add a scan. Without objects in the world, no beam returns something."""
         spec = self._spec
+        if not has_objects:
+            self._ranges.append(np.full(len(self._directions), np.inf, dtype=np.float32))
+            return
         pose = simulation.link_pose(spec.link) @ spec.pose
         found = self._rays.cast(*simulation.engine.current(), pose.translation, pose.rotation, spec.range_max)
         # nearer than `range_min` is an error of the sensor, the same for both robots
