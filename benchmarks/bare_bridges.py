@@ -30,7 +30,8 @@ from websockets.asyncio.server import ServerConnection, broadcast, serve
 from websockets.typing import Subprotocol
 
 from kbot.ros.bridges.ros1.tcpros import encode_header
-from kbot.ros.bridges.ros2.bridge import LOOPBACK, sample_of, sample_type
+from kbot.ros.bridges.ros2.domain import reach
+from kbot.ros.bridges.ros2.samples import sample_of, sample_type
 from kbot.ros.bridges.zenoh.names import topic_key
 
 PERIOD, SCAN_EVERY = 0.02, 5
@@ -85,7 +86,7 @@ async def main(warm: float, seconds: float) -> None:
     )
     by_rosbridge = await serve(accept_rosbridge, "127.0.0.1", 0, compression=None)
     domain = int(os.environ["ROS_DOMAIN_ID"])
-    held = Domain(domain, LOOPBACK), DomainParticipant(domain)
+    held = Domain(domain, reach(None, {}).config), DomainParticipant(domain)
     config = zenoh.Config()
     config.insert_json5("mode", '"router"')
     config.insert_json5("listen/endpoints", '["tcp/127.0.0.1:7447"]')

@@ -72,10 +72,11 @@ def receive_ros2(_: str) -> None:
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
 
-    from kbot.ros.bridges.ros2.bridge import LOOPBACK, sample_type
+    from kbot.ros.bridges.ros2.domain import reach
+    from kbot.ros.bridges.ros2.samples import sample_type
 
     number = int(os.environ["ROS_DOMAIN_ID"])
-    domain = Domain(number, LOOPBACK)  # it closes when it is garbage-collected
+    domain = Domain(number, reach(None, {}).config)  # it closes when it is garbage-collected
     participant = DomainParticipant(number)
     kinds = {
         "clock": "rosgraph_msgs/msg/Clock",

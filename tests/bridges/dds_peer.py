@@ -124,9 +124,16 @@ def main(number: int, config: str, stamped: bool) -> None:
     late = Qos(reliable, Policy.Durability.TransientLocal)
     odometry = DataReader(participant, Topic(participant, "rt/odom", Odometry), qos=Qos(reliable))
     description = DataReader(participant, Topic(participant, "rt/robot_description", String), qos=late)
+    every = Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepAll)  # as in rmw
     graph = DataReader(
+        participant, Topic(participant, "ros_discovery_info", ParticipantEntitiesInfo), qos=every
+    )
+    # a node of ROS 2 publishes its own entry; KBot waits for it
+    entry = DataWriter(
         participant, Topic(participant, "ros_discovery_info", ParticipantEntitiesInfo), qos=late
     )
+    own = NodeEntitiesInfo("/", "dds_peer", [], [])
+    entry.write(ParticipantEntitiesInfo(Gid(list(participant.guid.bytes)), [own]))
     kind = TwistStamped if stamped else Twist
     drive = DataWriter(
         participant, Topic(participant, "rt/cmd_vel", kind), qos=Qos(Policy.Reliability.BestEffort)
@@ -134,7 +141,9 @@ def main(number: int, config: str, stamped: bool) -> None:
     command = Twist(Vector3(0.3, 0.0, 0.0), Vector3(0.0, 0.0, 0.0))
     found: dict = {}
     end = time.monotonic() + 60
-    while time.monotonic() < end and not (found.get("speed", 0.0) > 0.1 and found.get("description")):
+    while time.monotonic() < end and not (
+        found.get("speed", 0.0) > 0.1 and found.get("description") and found.get("node")
+    ):
         drive.write(TwistStamped(Header(Time(0, 0), ""), command) if stamped else command)
         time.sleep(0.05)
         for message in odometry.take(10):
@@ -144,10 +153,11 @@ def main(number: int, config: str, stamped: bool) -> None:
         for message in description.take(10):
             found["description"] = message.data
         for message in graph.take(10):
-            node = message.node_entities_info_seq[0]
-            found["node"] = node.node_namespace + node.node_name
-            found["writers"] = [bytes(gid.data).hex() for gid in node.writer_gid_seq]
-            found["readers"] = len(node.reader_gid_seq)
+            for node in message.node_entities_info_seq:
+                if node.node_name != own.node_name:
+                    found["node"] = node.node_namespace + node.node_name
+                    found["writers"] = [bytes(gid.data).hex() for gid in node.writer_gid_seq]
+                    found["readers"] = len(node.reader_gid_seq)
     publications = BuiltinDataReader(participant, BuiltinTopicDcpsPublication).take(100)
     participants = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant).take(100)
     found["topics"] = {

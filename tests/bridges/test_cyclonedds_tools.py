@@ -10,7 +10,8 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from kbot.ros.bridges.ros2.bridge import LOOPBACK, Ros2Bridge
+from kbot.ros.bridges.ros2.bridge import Ros2Bridge
+from kbot.ros.bridges.ros2.domain import reach
 
 from .conftest import Running
 
@@ -30,7 +31,12 @@ def bridge(running: Running, monkeypatch: pytest.MonkeyPatch) -> Iterator[Ros2Br
 
 def start(bridge: Ros2Bridge, verb: str, *words: str) -> "subprocess.Popen[str]":
     options = ("--id", str(bridge.domain), "--suppress-progress-bar", "--color", "none")
-    environment = {**os.environ, "CYCLONEDDS_URI": LOOPBACK, "COLUMNS": "200", "PYTHONUNBUFFERED": "1"}
+    environment = {
+        **os.environ,
+        "CYCLONEDDS_URI": reach(None, {}).config,
+        "COLUMNS": "200",
+        "PYTHONUNBUFFERED": "1",
+    }
     return subprocess.Popen(
         (str(TOOL), verb, *options, *words), stdout=subprocess.PIPE, text=True, env=environment
     )

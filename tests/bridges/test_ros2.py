@@ -12,16 +12,11 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from kbot.record.encodings.types import ros2_definition, ros2_types
+from kbot.record.encodings.types import ros2_definition
 from kbot.record.run_outputs import RunOutputs
-from kbot.ros.bridges.ros2.bridge import (
-    GRAPH_TYPE,
-    LOOPBACK,
-    Ros2Bridge,
-    node_message,
-    sample_of,
-    sample_type,
-)
+from kbot.ros.bridges.ros2.bridge import Ros2Bridge
+from kbot.ros.bridges.ros2.domain import reach
+from kbot.ros.bridges.ros2.samples import sample_of, sample_type
 from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -47,7 +42,7 @@ def test_a_peer_receives_odometry_finds_the_node_and_drives(
     running: Running, bridge: Ros2Bridge, kind: str
 ) -> None:
     done = subprocess.run(
-        [sys.executable, str(PEER), str(bridge.domain), LOOPBACK, kind],
+        [sys.executable, str(PEER), str(bridge.domain), reach(None, {}).config, kind],
         capture_output=True,
         text=True,
         check=False,
@@ -66,15 +61,6 @@ def test_a_peer_receives_odometry_finds_the_node_and_drives(
     assert "enclave=/;" in found["enclaves"]
     assert running.reported == []
     assert running.is_stepping()
-
-
-def test_the_discovery_message_is_encoded_as_in_ros() -> None:
-    data = node_message(b"p" * 16, "kbot", [b"r" * 16], [b"v" * 16, b"w" * 16])
-    message = ros2_types().deserialize_cdr(data, GRAPH_TYPE)
-    assert bytes(ros2_types().serialize_cdr(message, GRAPH_TYPE)) == data
-    node = message.node_entities_info_seq[0]
-    assert (node.node_namespace, node.node_name) == ("/", "kbot")
-    assert [bytes(gid.data) for gid in node.writer_gid_seq] == [b"v" * 16, b"w" * 16]
 
 
 def test_invalid_messages_have_no_effect(running: Running, bridge: Ros2Bridge) -> None:

@@ -124,6 +124,30 @@ def install_npm(folder: Path, packages: tuple[str, ...]) -> Path:
     return folder
 
 
+def ros2_python(distribution: str) -> str:
+    """The Python of an environment with rclpy of this ROS 2 distribution, installed at its first use.
+
+    Each distribution has its own, outside the repository, because its packages restart every Python of their
+    environment. Skip the test if pip cannot install them: PyPI has them for Linux on x86-64.
+    """
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folder = cache / "kbot-peers" / f"ros-{distribution}-python{version}"
+    python, finished = str(folder / "bin" / "python"), folder / "finished"
+    if not finished.exists():
+        names = ("rclpy", "common-interfaces", "rmw-fastrtps-cpp")
+        packages = [f"ros-{distribution}-{name}" for name in names]
+        for command in (
+            (sys.executable, "-m", "venv", "--clear", str(folder)),
+            (python, "-m", "pip", "install", "-q", "--disable-pip-version-check", *packages),
+        ):
+            done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+            if done.returncode:
+                pytest.skip(f"ROS 2 {distribution} cannot be installed: {done.stderr[-200:]}")
+        finished.touch()
+    return python
+
+
 def wait_until(condition: Callable[[], bool], what: str, seconds: float = 60) -> None:
     """Wait for a condition that a peer fulfils."""
     end = time.monotonic() + seconds

@@ -142,10 +142,14 @@ class Ros2Endpoint:
         """Raises KbotError: the extra is not installed, or no domain is free."""
         self._link = link
         domain = free_domain()
-        self._bridge = ros2.open_bridge(link, None, domain=domain, lossless=True)
+        self._bridge = ros2.open_bridge(link, LOOPBACK, domain=domain, lossless=True)
         self.simulation, self.is_connected = self._bridge.identity, self._bridge.is_connected
         self.has_peers = self._bridge.has_peers
-        self.environment = {"KBOT_TRANSPORT": "ros2", "ROS_DOMAIN_ID": str(domain)}
+        self.environment = {
+            "KBOT_TRANSPORT": "ros2",
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        }
 
     def identity_of(self, reported: str) -> str:
         return reported

@@ -42,6 +42,8 @@ def _why_no_peer() -> str:
         return "an extra is missing: pip install 'kbot[ros2]'"
     if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp":
         return "RMW_IMPLEMENTATION selects Zenoh"
+    if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "OFF":
+        return "ROS_AUTOMATIC_DISCOVERY_RANGE is OFF"
     if os.environ.get("ROS_VERSION") == "2" or os.environ.get("ROS_DOMAIN_ID") or shutil.which("ros2"):
         return ""
     return "no ros2 command and no ROS_DOMAIN_ID found"

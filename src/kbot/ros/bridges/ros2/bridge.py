@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
-import struct
 import threading
 import time
-import types
-from functools import cache
-from typing import Any
 
 from cyclonedds.core import (
     DDSException,
@@ -21,128 +16,29 @@ from cyclonedds.core import (
     WaitSet,
 )
 from cyclonedds.domain import Domain, DomainParticipant
-from cyclonedds.idl import IdlStruct
-from cyclonedds.idl import types as idl
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
-from rosbags.interfaces import Nodetype
 
 from kbot.messages.types import Twist, TwistStamped
 from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.type_names import ros_name
-from kbot.record.encodings.types import ros2_definition, ros2_types
+from kbot.record.encodings.types import ros2_definition
 from kbot.record.feed import Packet
 from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import Batch, later, wait_for
+from kbot.ros.bridges.ros2.domain import domain_number, reach
+from kbot.ros.bridges.ros2.node_entry import MOST_AT_ONCE, NodeEntry, is_acknowledged
+from kbot.ros.bridges.ros2.samples import Dds, sample_of, sample_type
 from kbot.text import KbotError
-
-Dds = Any
-"""An object of the DDS library, which has no type annotations."""
-
-array: Dds = idl.array
-sequence: Dds = idl.sequence
-PRIMITIVES: dict[str, Dds] = {
-    "bool": bool,
-    "string": str,
-    "byte": idl.uint8,
-    "char": idl.uint8,
-    **{name: getattr(idl, name) for name in ("int8", "int16", "int32", "int64")},
-    **{name: getattr(idl, name) for name in ("uint8", "uint16", "uint32", "uint64", "float32", "float64")},
-}
-
-
-@cache
-def sample_type(name: str) -> Dds:
-    """The sample class of a ROS type such as `nav_msgs/msg/Odometry`.
-
-    DDS describes the type to peers by the fields. A sample does not have them: it is bytes, see `sample_of`.
-    """
-    package, _, last = name.partition("/msg/")
-    fields = {field: _field(kind) for field, kind in ros2_types().fielddefs[name][1]}
-    made = types.new_class(
-        f"{last}_",
-        (IdlStruct,),
-        {"typename": f"{package}::msg::dds_::{last}_"},
-        lambda space: space.update({"__annotations__": fields, "__module__": __name__}),
-    )
-    sample: Dds = dataclasses.dataclass(made)
-    sample.serialize = _serialize
-    sample.deserialize = classmethod(_deserialize)
-    return sample
-
-
-def sample_of(kind: Dds, data: bytes) -> Dds:
-    """A sample of a message in CDR, including the CDR header."""
-    sample = object.__new__(kind)
-    sample.encoded = data
-    return sample
-
-
-def _serialize(sample: Dds, **_: object) -> bytes:
-    data: bytes = sample.encoded
-    return data
-
-
-def _deserialize(kind: Dds, /, data: bytes, **_: object) -> Dds:
-    return sample_of(kind, bytes(data))
-
-
-def _field(kind: Dds) -> Dds:
-    match kind:
-        case (Nodetype.BASE, (base, _)):
-            return PRIMITIVES[base]
-        case (Nodetype.NAME, name):
-            return sample_type(name)
-        case (Nodetype.ARRAY, (item, length)):
-            return array[_field(item), length]
-        case (Nodetype.SEQUENCE, (item, limit)):
-            return sequence[_field(item), limit] if limit else sequence[_field(item)]
-    raise TypeError(f"unknown kind of field: {kind!r}")
-
-
-GRAPH_TOPIC = "ros_discovery_info"
-GRAPH_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
-GID_BYTES = 16
-"""Bytes of a GID, from ROS 2 Iron on. In Humble it has 24 bytes."""
-
-
-def node_message(participant: bytes, node: str, readers: list[bytes], writers: list[bytes]) -> bytes:
-    """The discovery message, in CDR, of a participant with one node. `node` is its full name, GUIDs have 16
-    bytes."""
-    namespace, _, name = node.rpartition("/")
-    body = _gid(participant) + struct.pack("<I", 1)
-    body = _text(_text(body, namespace or "/"), name)
-    for gids in (readers, writers):
-        body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(gids)) + b"".join(map(_gid, gids))
-    return b"\0\1\0\0" + body
-
-
-def _gid(guid: bytes) -> bytes:
-    return guid.ljust(GID_BYTES, b"\0")[:GID_BYTES]
-
-
-def _text(body: bytes, text: str) -> bytes:
-    body += b"\0" * (-len(body) % 4)
-    return body + struct.pack("<I", len(text) + 1) + text.encode() + b"\0"
-
 
 NODE = "/kbot"
 POLL_SECONDS = 0.25
 """Seconds between two checks for new and lost subscribers."""
-MOST_AT_ONCE = 64
-"""Samples that are taken from a reader at once."""
-HIGHEST_DOMAIN = 232
-"""The highest domain of DDS: the UDP ports of domain 233 are above 65535."""
-
-LOOPBACK = """<CycloneDDS><Domain>
-<General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
-<AllowMulticast>false</AllowMulticast></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>
-<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"""
-"""Cyclone's configuration of a domain that only this machine can reach."""
+SETTLE_SECONDS = 0.01
+"""The same until the node's entry in the graph is acknowledged, because a new peer receives it until then."""
 
 
 class Ros2Bridge:
@@ -164,20 +60,20 @@ class Ros2Bridge:
     ) -> None:
         """Join the domain `domain`, else ROS_DOMAIN_ID, else 0.
 
-        By default, only this machine can connect. With `host`, this machine's address in a network, the
-        machines in that network can connect. `node` is the node's full name. If it is `lossless`, it
-        subscribes reliably and keeps every message for slow subscribers, as lockstep needs it.
+        By default, only this machine can connect, see `reach`. With `host`, this machine's address in a
+        network, the machines in that network can connect. `node` is the node's full name. If it is
+        `lossless`, it subscribes reliably and keeps every message for slow subscribers, as lockstep needs it.
 
         Raises:
-            KbotError: the domain is invalid, or the address cannot be used.
+            KbotError: a variable of ROS 2 is invalid, or the address cannot be used.
         """
-        self._link, self._host, self._node = link, host, node
+        self._link, self._node = link, node
         self._lossless = lossless
-        self.domain = _domain() if domain is None else domain
-        config = LOOPBACK if host is None else _network(host)
+        self.domain = domain_number(os.environ) if domain is None else domain
+        self._reach = reach(host, os.environ)
         try:
             # a process can create each domain only once, so bridges of this process share it
-            self._domain = _shared_domain(self.domain, config)
+            self._domain = _shared_domain(self.domain, self._reach.config)
             self._participant: Dds = DomainParticipant(
                 self.domain, qos=Qos(Policy.Userdata(data=b"enclave=/;"))
             )
@@ -187,11 +83,7 @@ class Ros2Bridge:
         self._batch = Batch(self._write)
         self._readers: dict[Dds, tuple[str, type]] = {}
         self._closed, self._changed = threading.Event(), threading.Event()
-        latched = Qos(Policy.Durability.TransientLocal, _RELIABLE_WAITING, Policy.History.KeepLast(1))
-        graph = sample_type(GRAPH_TYPE)
-        self._graph: Dds = DataWriter(
-            self._participant, DdsTopic(self._participant, GRAPH_TOPIC, graph), qos=latched
-        )
+        self._entry = NodeEntry(self._participant, node)
         self._probed, self._acknowledged = set[tuple[str, str]](), set[tuple[str, str]]()
         """The topics and peers to which something was written, and those that have acknowledged it."""
         self._sources: dict[Dds, str] = {}
@@ -199,6 +91,7 @@ class Ros2Bridge:
         self._waitset: Dds = WaitSet(self._participant)
         self._wake: Dds = GuardCondition(self._participant)
         self._waitset.attach(self._wake)
+        self._waitset.attach(ReadCondition(self._entry.reader, _ANY_NEW))
         link.watch(self._update)
         self._update()
         self._thread = threading.Thread(target=self._run, daemon=True, name="kbot-ros2")
@@ -206,8 +99,7 @@ class Ros2Bridge:
 
     def describe(self) -> str:
         """The node and its domain, in one sentence."""
-        where = "on this machine only" if self._host is None else f"at {self._host}"
-        return f"ROS 2: node {self._node} in domain {self.domain}, {where}"
+        return f"ROS 2: node {self._node} in domain {self.domain}, {self._reach.words}"
 
     @property
     def identity(self) -> str:
@@ -258,7 +150,8 @@ class Ros2Bridge:
         self._waitset = self._wake = None
         self._published.clear()
         self._readers.clear()
-        self._graph = self._participant = None
+        self._entry.close()
+        self._participant = None
 
     async def _close_topics(self) -> None:
         for published in self._published.values():
@@ -275,9 +168,12 @@ class Ros2Bridge:
             if time.monotonic() >= check_at:
                 for published in self._published.values():
                     published.check_subscribers()
-                check_at = time.monotonic() + POLL_SECONDS
-            self._waitset.wait(duration(seconds=POLL_SECONDS))
+                self._entry.publish()
+                check_at = time.monotonic() + (POLL_SECONDS if self._entry.is_settled else SETTLE_SECONDS)
+            self._waitset.wait(duration(seconds=POLL_SECONDS if self._entry.is_settled else SETTLE_SECONDS))
             if self._wake.take():
+                check_at = 0.0
+            if self._entry.receive():
                 check_at = 0.0
             self._receive()
 
@@ -290,7 +186,10 @@ class Ros2Bridge:
                 qos = _writer_qos(topic, self._lossless)
                 writer = DataWriter(self._participant, self._topic(topic.name, kind), qos=qos)
                 self._published[topic.name] = _PublishedTopic(self._link, topic, writer, kind, self._batch)
-        self._publish_graph()
+        self._entry.update(
+            [reader.guid.bytes for reader in self._readers],
+            [published.writer.guid.bytes for published in self._published.values()],
+        )
 
     def _make_readers(self, topic: Topic) -> None:
         if topic.name in {name for name, _ in self._readers.values()}:
@@ -305,12 +204,6 @@ class Ros2Bridge:
 
     def _topic(self, name: str, kind: Dds) -> Dds:
         return DdsTopic(self._participant, f"rt{name}", kind)
-
-    def _publish_graph(self) -> None:
-        writers = [published.writer.guid.bytes for published in self._published.values()]
-        readers = [reader.guid.bytes for reader in self._readers]
-        data = node_message(self._participant.guid.bytes, self._node, readers, writers)
-        self._graph.write(sample_of(sample_type(GRAPH_TYPE), data))
 
     def _receive(self) -> None:
         for reader, (topic, message_type) in list(self._readers.items()):
@@ -364,10 +257,7 @@ class _PublishedTopic:
 
     def is_acknowledged(self) -> bool:
         """Whether all subscribers have acknowledged everything."""
-        try:
-            return bool(self.writer.wait_for_acks(duration(milliseconds=1)))
-        except AttributeError:
-            return False  # cyclonedds 11.0.1 looks for the code of a timeout in the wrong class
+        return is_acknowledged(self.writer)
 
     def check_subscribers(self) -> None:
         """Open the topic for its first subscriber, close it without one."""
@@ -398,20 +288,6 @@ def _shared_domain(number: int, config: str) -> Dds:
     if number not in _domains:
         _domains[number] = Domain(number, config)
     return _domains[number]
-
-
-def _domain() -> int:
-    text = os.environ.get("ROS_DOMAIN_ID") or "0"
-    if not text.isdecimal() or int(text) > HIGHEST_DOMAIN:
-        raise KbotError(f"ROS_DOMAIN_ID must be a whole number from 0 to {HIGHEST_DOMAIN}, not '{text}'")
-    return int(text)
-
-
-def _network(host: str) -> str:
-    return (
-        "<CycloneDDS><Domain><General><Interfaces>"
-        f'<NetworkInterface address="{host}"/></Interfaces></General></Domain></CycloneDDS>'
-    )
 
 
 _RELIABLE_WAITING = Policy.Reliability.Reliable(duration(milliseconds=100))
