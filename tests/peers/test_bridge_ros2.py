@@ -158,6 +158,8 @@ def require_everything(found: dict) -> None:
         ("/tf_static", "tf2_msgs/msg/TFMessage"),
     ):
         assert by_kbot[name] == [kind]
+    ros1_names = ("/move_base/", "/move_base_simple/", "/gazebo/")
+    assert not [name for name in found["topics"] if name.startswith(ros1_names)]
     assert set(found["topics"]["/cmd_vel"]) == {"geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"}
     assert set(found["counts"]) == {"/odom", "/joint_states", "/clock"}
     assert found["joints"] == ["left_wheel_joint", "right_wheel_joint"]

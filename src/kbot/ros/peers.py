@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from kbot.messages.live import Live
 from kbot.record.feed import Feed
 from kbot.ros.bridges.kind import Bridge
-from kbot.ros.bridges.link import PeerLink
+from kbot.ros.bridges.link import PeerLink, any_version
 from kbot.ros.bridges.registry import BRIDGES
+from kbot.ros.bridges.ros_versions import version_of
 from kbot.ros.graph.server import GraphServer
 from kbot.ros.parameter_values import ParameterValue
 from kbot.text import KbotError
@@ -56,6 +57,7 @@ class RosPeers:
         self._simulation = simulation
         simulation.journal.listeners.append(self._link.report)
         self._link.offer(gazebo_services())
+        self._link.version_of = version_of
         self._gazebo = GazeboTopics(simulation)
         self._connect(simulation, feed, description, simulation.robot.name, world, publishes_clock=True)
 
@@ -67,6 +69,7 @@ class RosPeers:
         Raises:
             KbotError: a bridge cannot be opened.
         """
+        self._link.version_of = any_version
         self._connect(shown, feed, description, name, "", publishes_clock=publishes_clock)
 
     def leave(self) -> None:

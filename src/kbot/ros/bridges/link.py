@@ -56,6 +56,10 @@ class Topic:
         return ros_name(self.message_type)
 
 
+def any_version(topic: str, type_name: str) -> None:
+    """Peers of all ROS versions see a topic, such as those of a recording and of a user's node."""
+
+
 class PeerLink:
     """Connects bridges to a simulation.
 
@@ -81,6 +85,8 @@ class PeerLink:
         self._hidden = hidden
         self.topics: dict[str, Topic] = {}
         """The current topics by name. A change replaces the whole dictionary."""
+        self.version_of: Callable[[str, str], int | None] = any_version
+        """The only ROS version whose peers see a topic, by its name and type; see `topics_of`."""
         self.nanoseconds = 0
         """The simulation's time of the last `serve`."""
         self.parameters: dict[str, ParameterValue] = {}
@@ -106,6 +112,15 @@ class PeerLink:
         self._seen_changes = -1
         self._batches = self._has_open_batch = False
         self._scheduled: dict[Callable[[], None], None] = {}
+
+    def topics_of(self, version: int) -> dict[str, Topic]:
+        """The current topics that peers of this ROS version, 1 or 2, see."""
+        other = 3 - version
+        return {
+            name: topic
+            for name, topic in self.topics.items()
+            if self.version_of(name, topic.type_name) != other
+        }
 
     def is_latched(self, topic: str) -> bool:
         """Whether a topic exists and keeps its last message for late subscribers."""

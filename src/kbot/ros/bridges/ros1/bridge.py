@@ -199,7 +199,7 @@ class Ros1Bridge:
                 self._try_call("unregisterService", service, self._services_uri)
             self._registered_services = services
             self._unregister_removed_topics()
-            for topic in self._link.topics.values():
+            for topic in self._link.topics_of(1).values():
                 if topic.type_name not in ros1_types().fielddefs:
                     continue  # ROS 1 has no such type
                 if topic.is_input:
@@ -233,7 +233,7 @@ class Ros1Bridge:
         call(self.master, "subscribeParam", self._node, self.uri, "/")
 
     def _unregister_removed_topics(self) -> None:
-        topics = self._link.topics
+        topics = self._link.topics_of(1)
         for name in [n for n, published in self._published.items() if topics.get(n) != published.topic]:
             self._published.pop(name).close()
             self._try_call("unregisterPublisher", name, self.uri)

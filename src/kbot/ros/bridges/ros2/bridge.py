@@ -178,7 +178,7 @@ class Ros2Bridge:
             self._receive()
 
     def _make_endpoints(self) -> None:
-        for topic in self._link.topics.values():
+        for topic in self._link.topics_of(2).values():
             if topic.is_input:
                 self._make_readers(topic)
             elif topic.name not in self._published:

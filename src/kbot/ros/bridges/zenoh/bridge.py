@@ -108,7 +108,7 @@ class ZenohBridge:
             self._events.publish_changes()
 
     def _declare_topics(self) -> None:
-        topics = self._link.topics
+        topics = self._link.topics_of(2)
         for name in [n for n, published in self._published.items() if topics.get(n) != published.topic]:
             self._published.pop(name).close()
         for name in self._incoming.keys() - topics.keys():
