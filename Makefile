@@ -2,7 +2,7 @@
 #   make run          drive KBot in the browser          (ARGS="--no-browser --port 9000")
 #   make test         checks and all tests               (ARGS="-k xacro" for some of the Python tests)
 #   make check        lint, format, types and layers, of Python and of the page
-#   make test-peers   tests against real programs: ROS 1, libsdformat, pip, pre-commit (Debian, Ubuntu)
+#   make test-peers   tests against real programs: ROS 1 and 2, libsdformat, pip, pre-commit (Debian, Ubuntu)
 #   make audit        known weaknesses of the Python and npm packages that KBot uses
 #   make docs         the documentation site, in build/docs; a broken link is an error
 #   make benchmarks   what it costs, as ratios

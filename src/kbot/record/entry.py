@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kbot.record.encodings.foreign_types import EVENT, ShapeCheck, code_cost, read_definition
+from kbot.record.encodings.quality import is_latched, recorded_qos
 from kbot.record.encodings.serialization import (
     ONLY_ON_THE_WIRE,
     decode_cdr,
@@ -176,13 +177,26 @@ class RecordedMessage:
         types: Types,
         *,
         is_ros1: bool = False,
+        qos: str = "",
     ) -> None:
+        """`qos` is the quality of service that the recording contains for the topic, in rosbag2's YAML."""
         self.topic = topic
         self.type_name = type_name
         self.nanoseconds = nanoseconds
         self.data = data
         self._types = types
         self._is_ros1 = is_ros1
+        self._qos = qos
+
+    @property
+    def offered_qos(self) -> str:
+        """The publisher's quality of service, as rosbag2 records it with numbers."""
+        return recorded_qos(self.topic, self._qos)
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether the topic keeps its last message for late subscribers."""
+        return is_latched(self.offered_qos)
 
     @property
     def place(self) -> str:
@@ -198,7 +212,13 @@ class RecordedMessage:
     def with_data(self, data: bytes) -> RecordedMessage:
         """A copy of the message with other bytes."""
         return RecordedMessage(
-            self.topic, self.type_name, self.nanoseconds, data, self._types, is_ros1=self._is_ros1
+            self.topic,
+            self.type_name,
+            self.nanoseconds,
+            data,
+            self._types,
+            is_ros1=self._is_ros1,
+            qos=self._qos,
         )
 
     @cached_property

@@ -10,6 +10,7 @@ import numpy as np
 
 from kbot.messages.bus import Bus, Subscription
 from kbot.record.encodings.plain import to_json
+from kbot.record.encodings.quality import offered_qos
 from kbot.record.encodings.serialization import encode_cdr, encode_ros1
 from kbot.record.encodings.type_names import ros_name
 from kbot.record.encodings.types import ros1_definition, ros2_definition
@@ -20,13 +21,15 @@ class Packet:
     """A message on its way to recordings and peers. Its encodings are cached, so that all of them share the
     bytes."""
 
-    __slots__ = ("_cdr", "_json", "_ros1", "message", "nanoseconds", "topic")
+    __slots__ = ("_cdr", "_json", "_ros1", "is_latched", "message", "nanoseconds", "topic")
 
-    def __init__(self, topic: str, message: object, nanoseconds: int) -> None:
-        """`nanoseconds`: the publishing time by the simulation's clock."""
+    def __init__(self, topic: str, message: object, nanoseconds: int, *, is_latched: bool = False) -> None:
+        """`nanoseconds`: the publishing time by the simulation's clock. `is_latched`: whether the topic keeps
+        its last message for late subscribers."""
         self.topic = topic
         self.message = message
         self.nanoseconds = nanoseconds
+        self.is_latched = is_latched
         self._cdr: bytes | None = None
         self._ros1: bytes | None = None
         self._json: dict[tuple[bool, bool], str] | None = None
@@ -73,6 +76,11 @@ class Packet:
         """Text and RIHS01 hash."""
         return ros2_definition(self.type_name)
 
+    @property
+    def offered_qos(self) -> str:
+        """The publisher's quality of service, as rosbag2 records it."""
+        return offered_qos(self.is_latched)
+
 
 Receiver = Callable[[Packet], None]
 
@@ -113,7 +121,9 @@ class Feed:
             self._last.pop(topic, None)
 
     def _hand_out(self, topic: str, message: object) -> None:
-        packet = self._last[topic] = Packet(topic, message, self._now())
+        packet = self._last[topic] = Packet(
+            topic, message, self._now(), is_latched=self._bus.is_latched(topic)
+        )
         for receiver in tuple(self._receivers[topic]):
             receiver(packet)
 

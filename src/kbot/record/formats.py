@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Protocol
 
+from kbot.record.encodings.quality import NOTES_TOPIC as NOTES_TOPIC
 from kbot.record.entry import RecordedMessage
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
-
-NOTES_TOPIC = "/kbot/recording"
-"""The topic on which formats without metadata records carry metadata, as JSON in a String."""
 
 TEXT = "std_msgs/msg/String"
 
@@ -37,6 +35,10 @@ class Recordable(Protocol):
     def ros1_definition(self) -> tuple[str, str]: ...
     @property
     def ros2_definition(self) -> tuple[str, str]: ...
+    @property
+    def is_latched(self) -> bool: ...
+    @property
+    def offered_qos(self) -> str: ...
 
 
 class RecordingWriter(Protocol):
@@ -95,6 +97,11 @@ class Index(Protocol):
     @property
     def counts(self) -> Mapping[str, int]:
         """Number of messages by topic. Topics for which the file has no number are left out."""
+        ...
+
+    @property
+    def latched(self) -> Collection[str]:
+        """The topics that kept their last message for late subscribers."""
         ...
 
     @property

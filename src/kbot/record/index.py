@@ -44,6 +44,7 @@ class WholeIndex:
             topic: [entry.nanoseconds for entry in messages] for topic, messages in entries.items()
         }
         self.topics = {topic: messages[0].type_name for topic, messages in entries.items()}
+        self.latched = {topic for topic, messages in entries.items() if messages[0].is_latched}
         self.counts = {topic: len(messages) for topic, messages in entries.items()}
         self.start = min((times[0] for times in self._times.values()), default=0)
         self.end = max((times[-1] for times in self._times.values()), default=0)

@@ -37,6 +37,7 @@ from mcap.writer import CompressionType, Writer
 
 from kbot.record.chunks import ChunkCache, in_time_order
 from kbot.record.encodings.foreign_types import full_name
+from kbot.record.encodings.quality import latches, offered_qos
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note, Recordable
 from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
@@ -118,7 +119,8 @@ class McapWriter:
             text = packet.ros2_definition[0].encode()
             self._schemas[type_name] = self._writer.register_schema(type_name, "ros2msg", text)
         schema = self._schemas[type_name]
-        channel: int = self._writer.register_channel(topic, "cdr", schema, {"offered_qos_profiles": ""})
+        metadata = {"offered_qos_profiles": packet.offered_qos}
+        channel: int = self._writer.register_channel(topic, "cdr", schema, metadata)
         self._channels[topic, type_name] = channel
         return channel
 
@@ -276,7 +278,7 @@ class McapSource:
     def _entries(self, note: Note, allowance: Allowance) -> Iterator[RecordedMessage]:
         types = Types(self._path, allowance)
         names: dict[int, str] = {}
-        channels: dict[int, tuple[str, int, str]] = {}
+        channels: dict[int, tuple[str, int, str, str]] = {}
         for record in self._records(allowance):
             match record:
                 case Schema():
@@ -285,11 +287,12 @@ class McapSource:
                     learn(types, record)
                 case Channel():
                     check_names(record.topic, record.message_encoding)
-                    channels[record.id] = record.topic, record.schema_id, record.message_encoding
+                    encoding = record.message_encoding
+                    channels[record.id] = record.topic, record.schema_id, encoding, _qos_of(record)
                 case Metadata():
                     note(record.name, dict(record.metadata))
                 case Message():
-                    topic, schema, encoding = channels.get(record.channel_id, ("", 0, ""))
+                    topic, schema, encoding, qos = channels.get(record.channel_id, ("", 0, "", ""))
                     if schema in names and encoding in READABLE_ENCODINGS:
                         yield RecordedMessage(
                             topic,
@@ -298,6 +301,7 @@ class McapSource:
                             record.data,
                             types,
                             is_ros1=encoding == "ros1",
+                            qos=qos,
                         )
 
     def _records(self, allowance: Allowance) -> Iterator[McapRecord]:
@@ -360,6 +364,13 @@ class McapSource:
         raise BrokenOff(f"{lost} of its {len(in_file)} chunks are damaged and cannot be read")
 
 
+def _qos_of(channel: Channel) -> str:
+    """The quality of service of a channel. Those of ROS 1 have only `latching`."""
+    if channel.metadata.get("latching") in ("1", "true"):
+        return offered_qos(True)
+    return channel.metadata.get("offered_qos_profiles", "")
+
+
 def learn(types: Types, schema: Schema) -> None:
     """Register the type that a ROS schema defines. Raises KbotError: it does not follow the ROS grammar."""
     if schema.encoding in ("ros2msg", "ros1msg"):
@@ -415,7 +426,11 @@ class McapIndex:
             for number, channel in summary.channels.items()
             if channel.message_encoding in READABLE_ENCODINGS and channel.schema_id in summary.schemas
         }
+        self._qos = {number: _qos_of(summary.channels[number]) for number in self._channels}
         self.topics = {topic: type_name for topic, type_name, _ in self._channels.values()}
+        self.latched = {
+            topic for number, (topic, _, _) in self._channels.items() if latches(topic, self._qos[number])
+        }
         counted = summary.statistics.channel_message_counts if summary.statistics else {}
         self.counts: Counter[str] = Counter()
         for number, count in counted.items():
@@ -512,7 +527,13 @@ class McapIndex:
     def _entry(self, record: Message) -> RecordedMessage:
         topic, type_name, encoding = self._channels[record.channel_id]
         return RecordedMessage(
-            topic, type_name, record.log_time, record.data, self._types, is_ros1=encoding == "ros1"
+            topic,
+            type_name,
+            record.log_time,
+            record.data,
+            self._types,
+            is_ros1=encoding == "ros1",
+            qos=self._qos[record.channel_id],
         )
 
 

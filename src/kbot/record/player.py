@@ -18,7 +18,6 @@ from kbot.text import KbotError
 from kbot.tf.static_transforms import TOPIC as TF_STATIC
 from kbot.tf.static_transforms import add_static_transforms
 
-LATCHED = frozenset({TF_STATIC, "/map"})
 NOT_PLAYED = frozenset({"/clock", DESCRIPTION_TOPIC, COMMANDS_TOPIC, NOTES_TOPIC, WORLD_TOPIC})
 """Topics that the caller publishes itself, or that only KBot reads."""
 
@@ -77,7 +76,7 @@ class Player:
                 self.unknown.append(name)
             else:
                 target = new_names.get(name, name)
-                self._publishers[name] = self.bus.advertise(target, kind, latched=name in LATCHED), kind
+                self._publishers[name] = self.bus.advertise(target, kind, latched=topic.is_latched), kind
         self.rewind()
 
     @property
@@ -129,8 +128,8 @@ class Player:
 
     def _wanted(self) -> Iterator[RecordedMessage]:
         for entry in self._recording.entries():
-            is_latched = entry.topic in LATCHED and entry.nanoseconds < self._first
+            is_early = entry.is_latched and entry.nanoseconds < self._first
             if entry.topic in self._publishers and (
-                is_latched or self._first <= entry.nanoseconds <= self._last
+                is_early or self._first <= entry.nanoseconds <= self._last
             ):
                 yield entry

@@ -24,6 +24,8 @@ class TopicSummary:
     type_name: str
     count: int = 0
     unusable: str = ""
+    is_latched: bool = False
+    """Whether late subscribers received its last message."""
 
 
 @dataclass
@@ -79,7 +81,10 @@ class Recording:
                     name, values = read_note(entry)
                     found.notes[name] = values
                     continue
-                topic = found.topics.setdefault(entry.topic, TopicSummary(entry.type_name))
+                topic = found.topics.get(entry.topic)
+                if topic is None:
+                    topic = TopicSummary(entry.type_name, is_latched=entry.is_latched)
+                    found.topics[entry.topic] = topic
                 topic.count += 1
                 topic.unusable = entry.unusable
                 at = entry.nanoseconds
@@ -117,7 +122,8 @@ class Recordings:
         every = [recording.summary() for recording in self._all]
         topics: dict[str, TopicSummary] = {}
         for name, found in ((name, topic) for summary in every for name, topic in summary.topics.items()):
-            known = topics.setdefault(name, TopicSummary(found.type_name, unusable=found.unusable))
+            new = TopicSummary(found.type_name, unusable=found.unusable, is_latched=found.is_latched)
+            known = topics.setdefault(name, new)
             if known.type_name != found.type_name:
                 raise KbotError(f"{self.path}: {name} has two types, {known.type_name} and {found.type_name}")
             known.count += found.count

@@ -147,7 +147,7 @@ class Recorder:
         text = String(description or to_urdf(simulation.robot))
         is_published = DESCRIPTION_TOPIC in simulation.bus.topics
         if not is_published or (self._wanted and DESCRIPTION_TOPIC not in self._wanted):
-            self._write(Packet(DESCRIPTION_TOPIC, text, simulation.clock.nanoseconds))
+            self._write(Packet(DESCRIPTION_TOPIC, text, simulation.clock.nanoseconds, is_latched=True))
         self.flush()
 
     def _finish(self) -> None:

@@ -38,6 +38,7 @@ class Ros1Index:
         bag.read_index()
         self._opened = ChunkCache()
         self.topics = dict(bag.connections.values())
+        self.latched = bag.latched
         self.counts: Counter[str] = Counter()
         for chunk in bag.chunks:
             for number, count in chunk.counts.items():
@@ -92,6 +93,7 @@ class Ros2Index:
         types = Types(path)
         self._parts: list[McapIndex | SqliteFile] = []
         self.topics: dict[str, str] = {}
+        self.latched: set[str] = set()
         self.counts: Counter[str] = Counter()
         spans: list[tuple[int, int]] = []
         try:
@@ -103,6 +105,7 @@ class Ros2Index:
                 )
                 stack.callback(part.close)
                 self._parts.append(part)
+                self.latched |= part.latched
                 if isinstance(part, McapIndex):
                     self.topics |= part.topics
                     self.counts.update(part.counts)

@@ -17,6 +17,7 @@ from rosbags.rosbag1 import ReaderError
 from rosbags.rosbag1.reader import Header, RecordType
 
 from kbot.record.encodings.foreign_types import full_name
+from kbot.record.encodings.quality import latches, offered_qos
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import NoIndex
 from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
@@ -57,7 +58,18 @@ class Ros1Bag:
         self._path = Path(path)
         self.types = Types(path, allowance)
         self.connections: dict[int, tuple[str, str]] = {}
+        self._qos: dict[int, str] = {}
+        """The quality of service by connection number, for latched topics."""
         self.chunks: list[Chunk] = []
+
+    @property
+    def latched(self) -> set[str]:
+        """The known topics that kept their last message for late subscribers."""
+        return {
+            topic
+            for number, (topic, _) in self.connections.items()
+            if latches(topic, self._qos.get(number, ""))
+        }
 
     def read_index(self) -> None:
         """Read the connections, and the chunks sorted by first time.
@@ -175,7 +187,9 @@ class Ros1Bag:
                 if number not in self.connections:
                     raise Damaged(f"a message refers to connection {number}, which does not exist")
                 at, data = record.header.get_time("time"), _data(stream, record)
-                return number, RecordedMessage(*self.connections[number], at, data, self.types, is_ros1=True)
+                topic, name = self.connections[number]
+                qos = self._qos.get(number, "")
+                return number, RecordedMessage(topic, name, at, data, self.types, is_ros1=True, qos=qos)
         return None
 
     def _connect(self, record: _Record, data: bytes) -> None:
@@ -187,6 +201,8 @@ class Ros1Bag:
         topic = record.header.get_string("topic")
         check_names(topic)
         name = full_name(fields.get_string("type"))
+        if fields.get("latching") == b"1":
+            self._qos[number] = offered_qos(True)
         self.types.learn(name, fields.get_string("message_definition"))
         # ROS resolves topic names in this way
         root = "/" if topic.startswith("/") else ""

@@ -14,8 +14,6 @@ from kbot.record.formats import FIRST_TIME, NOTES_TOPIC, Recordable
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
 
-LATCHED = frozenset({"/tf_static", "/robot_description", NOTES_TOPIC})
-
 
 class Ros1Writer:
     """Writes chunks, and the index at the end. KBot reads an unfinished bag without its index, other programs
@@ -44,13 +42,14 @@ class Ros1Writer:
                 msgdef=definition,
                 md5sum=md5,
                 callerid="/kbot",
-                latching=int(packet.topic in LATCHED),
+                latching=int(packet.is_latched),
             )
         self._time = max(FIRST_TIME, packet.nanoseconds)
         self._writer.write(connection, self._time, data)
 
     def annotate(self, name: str, values: dict[str, str]) -> None:
-        self.write(Packet(NOTES_TOPIC, String(json.dumps({"name": name, **values})), self._time))
+        text = String(json.dumps({"name": name, **values}))
+        self.write(Packet(NOTES_TOPIC, text, self._time, is_latched=True))
 
     def flush(self) -> None:
         if self._writer.bio:

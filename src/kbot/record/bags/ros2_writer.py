@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from kbot.messages.types import String
-from kbot.record.bags.ros1_writer import LATCHED
+from kbot.record.encodings.quality import parsed_qos
 from kbot.record.feed import Packet
 from kbot.record.formats import NOTES_TOPIC, Recordable
 
@@ -55,7 +54,7 @@ class Ros2Writer:
                     packet.type_name,
                     msgdef=definition,
                     rihs01=digest,
-                    offered_qos_profiles=[_quality(packet.topic in LATCHED)],
+                    offered_qos_profiles=parsed_qos(packet.offered_qos),
                 )
         self._time = packet.nanoseconds
         with _sqlite_errors_as_oserror():
@@ -65,7 +64,8 @@ class Ros2Writer:
             self.flush()
 
     def annotate(self, name: str, values: dict[str, str]) -> None:
-        self.write(Packet(NOTES_TOPIC, String(json.dumps({"name": name, **values})), self._time))
+        text = String(json.dumps({"name": name, **values}))
+        self.write(Packet(NOTES_TOPIC, text, self._time, is_latched=True))
 
     def flush(self) -> None:
         connection = getattr(self._writer.storage, "conn", None)
@@ -88,18 +88,3 @@ def _sqlite_errors_as_oserror() -> Iterator[None]:
         yield
     except sqlite3.Error as error:
         raise OSError(errno.EIO, str(error)) from error
-
-
-def _quality(latched: bool) -> Qos:
-    forever = QosTime(2147483647, 4294967295)
-    return Qos(
-        QosHistory.KEEP_LAST,
-        1 if latched else 10,
-        QosReliability.RELIABLE,
-        QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
-        forever,
-        forever,
-        QosLiveliness.AUTOMATIC,
-        forever,
-        False,
-    )

@@ -8,6 +8,7 @@ from io import SEEK_END
 from pathlib import Path
 from typing import Any
 
+from kbot.record.encodings.quality import latches
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.limits import LARGEST_PIECE, Allowance, RecordingTooLarge, check_names, size_on_disk
 
@@ -53,6 +54,8 @@ class SqliteFile:
             _check_journal(file)
         mode = "mode=ro&immutable=1" if is_closed else "mode=rw"
         self._types, self._steps = types, 0
+        self._qos: dict[int, str] = {}
+        """The quality of service by topic id, in rosbag2's YAML."""
         self._most_steps = _FREE_STEPS + _STEPS_OF_A_BYTE * size_on_disk(file)
         self._database = sqlite3.connect(
             f"{file.absolute().as_uri()}?{mode}", uri=True, check_same_thread=False
@@ -67,6 +70,11 @@ class SqliteFile:
 
     def close(self) -> None:
         self._database.close()
+
+    @property
+    def latched(self) -> set[str]:
+        """The topics that kept their last message for late subscribers."""
+        return {topic for number, (topic, _) in self.topics.items() if latches(topic, self._qos[number])}
 
     def counts(self) -> dict[str, int]:
         """The number of messages by topic."""
@@ -125,7 +133,9 @@ class SqliteFile:
         if not isinstance(data, bytes):
             raise ValueError(f"a message on {topic} contains {type(data).__name__}, not bytes")
         allowance.charge(len(data), records=1)
-        return RecordedMessage(topic, type_name, nanoseconds, data, self._types)
+        return RecordedMessage(
+            topic, type_name, nanoseconds, data, self._types, qos=self._qos.get(number, "")
+        )
 
     def _read_tables(self) -> set[str]:
         """The names of the tables. Raises ValueError: one is a view or virtual, so that reading it would run
@@ -145,13 +155,16 @@ class SqliteFile:
 
     def _read_topics(self, tables: set[str]) -> dict[int, tuple[str, str]]:
         topics: dict[int, tuple[str, str]] = {}
-        found = self._query("SELECT id, name, type, serialization_format FROM topics")
-        for number, name, type_name, encoding in found:
+        columns = {name for _, name, *_ in self._query("PRAGMA table_info(topics)")}
+        qos_column = "offered_qos_profiles" if "offered_qos_profiles" in columns else "''"  # since Foxy
+        found = self._query(f"SELECT id, name, type, serialization_format, {qos_column} FROM topics")
+        for number, name, type_name, encoding, qos in found:
             if not (isinstance(name, str) and isinstance(type_name, str)):
                 raise ValueError(f"the name {name!r} or the type {type_name!r} of a topic is not text")
             check_names(name, type_name)
             if encoding == "cdr":
                 topics[number] = name, type_name
+                self._qos[number] = qos if isinstance(qos, str) else ""
         if "message_definitions" in tables:
             definitions = self._query(
                 "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = ?",

@@ -10,8 +10,8 @@ from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.encodings.types import known_type
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import TEXT
-from kbot.record.player import LATCHED, NOT_PLAYED
-from kbot.record.reader import Recordings, require_topics
+from kbot.record.player import NOT_PLAYED
+from kbot.record.reader import Recordings, TopicSummary, require_topics
 from kbot.record.recorder import DESCRIPTION_TOPIC
 from kbot.ros.nodes.playing import Playing
 from kbot.text import DescriptionError, Diagnostic, KbotError, Severity
@@ -55,21 +55,21 @@ class BusPlayback:
         """
         self._playing, self._report, self._on_end = playing, report, on_end
         try:
-            types = self._open(playing)
+            topics = self._open(playing)
         except KbotError as error:
-            found = Diagnostic("L059", Severity.ERROR, str(error), playing.origin)
-            raise DescriptionError([found]) from None
+            problem = Diagnostic("L059", Severity.ERROR, str(error), playing.origin)
+            raise DescriptionError([problem]) from None
         self._outputs: dict[str, tuple[Publish, type]] = {}
-        for name, type_name in types.items():
-            self._add_output(bus, name, type_name, excluded, handlers or {})
+        for name, found in topics.items():
+            self._add_output(bus, name, found, excluded, handlers or {})
         self._at = float(self._first) - playing.delay * 1e9 * playing.rate
         self._entries = self._selected()
         self._next = next(self._entries, None)
         self._step = playing.rate * 1e9 / RATE
         self._timer = clock.every(RATE, self._advance)
 
-    def _open(self, playing: Playing) -> Mapping[str, str]:
-        """The topics of the recordings, with their types. Raises KbotError: no message can be played back."""
+    def _open(self, playing: Playing) -> Mapping[str, TopicSummary]:
+        """The topics of the recordings. Raises KbotError: no message can be played back."""
         self._recording = Recordings(playing.paths)
         summary, first = self._recording.summary(), playing.paths[0]
         if summary.start is None or summary.end is None:
@@ -87,7 +87,7 @@ class BusPlayback:
         require_topics(first, summary, playing.topics)
         if summary.broken:
             self._report(f"{summary.broken}; the readable part is played back")
-        return {name: topic.type_name for name, topic in summary.topics.items()}
+        return summary.topics
 
     def close(self) -> None:
         """Stop the playback."""
@@ -118,7 +118,7 @@ class BusPlayback:
         """Continue at the time of another playback of the same recording, and republish latched messages."""
         self._at = other._at
         while self._next is not None and self._next.nanoseconds <= self._at:
-            if self._next.topic in LATCHED:
+            if self._next.is_latched:
                 self._publish(self._next)
             self._next = next(self._entries, None)
         if other.is_over:
@@ -128,15 +128,15 @@ class BusPlayback:
         self,
         bus: Bus,
         name: str,
-        type_name: str,
+        found: TopicSummary,
         excluded: Collection[str],
         handlers: Mapping[str, Publish],
     ) -> None:
         if name in NOT_PLAYED or (self._playing.topics and name not in self._playing.topics):
             return
-        topic, kind = self._playing.published_name(name), known_type(type_name)
+        topic, kind = self._playing.published_name(name), known_type(found.type_name)
         if kind is None:
-            self._report(f"{name} is not played back: KBot does not know the type {type_name}")
+            self._report(f"{name} is not played back: KBot does not know the type {found.type_name}")
         elif topic in excluded:
             self._report(f"{name} is not played back: {topic} already has a publisher")
         elif topic in handlers:
@@ -145,7 +145,7 @@ class BusPlayback:
             self._outputs[name] = lambda message: add_static_transforms(bus, message), kind
         else:
             try:
-                publisher: Publisher[Any] = bus.advertise(topic, kind, latched=topic in LATCHED)
+                publisher: Publisher[Any] = bus.advertise(topic, kind, latched=found.is_latched)
             except KbotError as error:
                 self._report(f"{name} is not played back: {error}")
                 return
@@ -175,6 +175,6 @@ class BusPlayback:
     def _selected(self) -> Iterator[RecordedMessage]:
         """The messages to play back. Latched ones from before the start are included, first."""
         for entry in self._recording.entries():
-            is_early = entry.topic in LATCHED and entry.nanoseconds < self._first
+            is_early = entry.is_latched and entry.nanoseconds < self._first
             if entry.topic in self._outputs and (is_early or self._first <= entry.nanoseconds <= self._last):
                 yield entry

@@ -13,7 +13,6 @@ from kbot.model import RobotModel
 from kbot.model.writer import to_urdf
 from kbot.record.encodings.serialization import decode_cdr
 from kbot.record.formats import Index
-from kbot.record.player import LATCHED
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import Diagnostic, KbotError
 from kbot.tf.foreign_frames import ForeignFrames
@@ -290,7 +289,7 @@ class PlayedRun:
         return self.bus.advertise(
             name,
             kind,
-            latched=name in LATCHED,
+            latched=name in self._run.index.latched,
             on_subscribe=self._publish_latest_of(name),
             rate=self._run.rate(name),
         )
