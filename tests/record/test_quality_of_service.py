@@ -167,7 +167,8 @@ def test_the_qos_of_other_recorders_is_kept_as_numbers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", [None, "", "[", "- 1", "{}", "- {history: 1}", "x" * 100_000, "- depth: !!int x"]
+    "text",
+    [None, "", "[", "- 1", "{}", "- {history: 1}", "'- {history: [}'", "x" * 100_000, "- depth: !!int x"],
 )
 def test_without_a_readable_qos_the_usual_topics_are_latched(tmp_path: Path, text: str | None) -> None:
     source = write_foreign(tmp_path / "in.mcap", {"/tf_static": text, "/scan": text})

@@ -77,7 +77,9 @@ def parsed_qos(text: str) -> list[Qos]:
     from rosbags.rosbag2.metadata import parse_qos
 
     try:
-        return [profile for profile in parse_qos(load_yaml(text)) if _is_valid(profile)]
+        found = load_yaml(text)
+        # rosbags would read a text as YAML again
+        return [each for each in parse_qos(found) if _is_valid(each)] if isinstance(found, list) else []
     except (YamlError, LookupError, TypeError, AttributeError):
         return []
 
