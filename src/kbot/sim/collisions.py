@@ -63,6 +63,12 @@ class Collisions:
                 return _name(owner(model, other))
         return ""
 
+    def is_touching(self, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+        """Whether the robot touches anything, also the ground."""
+        if model is not self._model:
+            self._bind(model, data)
+        return bool((self._kinds[data.contact.geom] == _OWN).any())
+
     def _bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Look up the shapes in a model. The model changes when robots are spawned or deleted."""
         robots, robot = self._robots, self._robots.first

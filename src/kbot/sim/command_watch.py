@@ -30,6 +30,7 @@ class Miss:
     is_turn   whether it is the angle that differs, and not the distance
     share     of the commanded distance or angle that the robot covered
     odometry  the same by odometry
+    rolled    the same by wheels with their true sizes, sides and axes that do not slip
     """
 
     wanted: Twist
@@ -37,6 +38,7 @@ class Miss:
     is_turn: bool
     share: float
     odometry: float
+    rolled: float
 
 
 class CommandWatch:
@@ -50,6 +52,7 @@ class CommandWatch:
         self._since: float | None = None
         self._time = time
         self._way = self._turn = self._odometry_way = self._odometry_turn = 0.0
+        self._rolled_way = self._rolled_turn = 0.0
         self._earlier: Miss | None = None
 
     def start(self, time: float, wanted: Twist) -> None:
@@ -59,13 +62,17 @@ class CommandWatch:
         self._since = time if self.wanted == STILL else None
         self.wanted = wanted
         self._way = self._turn = self._odometry_way = self._odometry_turn = 0.0
+        self._rolled_way = self._rolled_turn = 0.0
 
-    def add(self, time: float, moved: Twist, odometry: Twist) -> None:
-        """Add the true motion and that by odometry since the last call: m and m in the axle's frame, rad."""
+    def add(self, time: float, moved: Twist, odometry: Twist, rolled: Twist) -> None:
+        """Add the true motion since the last call, that by odometry, and that of wheels that do not slip: m
+        and m in the axle's frame, rad."""
         self._way += _way(moved, self.wanted)
         self._turn += moved[2]
         self._odometry_way += _way(odometry, self.wanted)
         self._odometry_turn += odometry[2]
+        self._rolled_way += _way(rolled, self.wanted)
+        self._rolled_turn += rolled[2]
         self._time = time
 
     @property
@@ -76,9 +83,9 @@ class CommandWatch:
         seconds, (x, y, yaw) = self._time - self._since, self.wanted
         if seconds < LEAST_TIME:
             return None
-        for is_turn, speed, done, odometry, acceleration in (
-            (False, hypot(x, y), self._way, self._odometry_way, LINEAR_ACCELERATION),
-            (True, yaw, self._turn, self._odometry_turn, ANGULAR_ACCELERATION),
+        for is_turn, speed, done, odometry, rolled, acceleration in (
+            (False, hypot(x, y), self._way, self._odometry_way, self._rolled_way, LINEAR_ACCELERATION),
+            (True, yaw, self._turn, self._odometry_turn, self._rolled_turn, ANGULAR_ACCELERATION),
         ):
             if not speed or (not is_turn and abs(yaw) > _FASTEST):
                 continue
@@ -87,7 +94,7 @@ class CommandWatch:
             if abs(done - asked) > max(SHORT[is_turn] * abs(asked), _LEAST[is_turn]) and abs(
                 done - ordinary
             ) > _UNEXPLAINED * abs(asked):
-                return Miss(self.wanted, seconds, is_turn, done / asked, odometry / asked)
+                return Miss(self.wanted, seconds, is_turn, done / asked, odometry / asked, rolled / asked)
         return None
 
 

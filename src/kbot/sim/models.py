@@ -28,6 +28,7 @@ from kbot.sim.numbers import FASTEST, FURTHEST, Vector, is_within, vector
 from kbot.sim.preparation import prepare, read_robot
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
+from kbot.sim.start_findings import without_ground
 from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world.body_joints import Loop
@@ -127,7 +128,8 @@ class Models:
         except KbotError:
             self.use(before)
             raise
-        self.diagnostics = (*self.diagnostics, *prepared.findings)
+        off_ground = without_ground(self._engine.world, name, prepared, self._engine.assembly)
+        self.diagnostics = (*self.diagnostics, *prepared.findings, *filter(None, [off_ground]))
         simulated.restart()
         if simulated.is_following:
             self._commands.follow(simulated)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import acos, degrees, inf, radians
+from math import acos, degrees, hypot, inf, pi, radians, sin
 
 import mujoco
 import numpy as np
@@ -14,26 +14,45 @@ from kbot.kinematics.drive.declared import declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.drive.wheels import movable_above
+from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
 from kbot.model import JointType, Mesh
 from kbot.model.shapes import span_along
-from kbot.sim.command_watch import SHORT, Miss
+from kbot.sim.command_watch import Miss
 from kbot.sim.drive.settings import TORQUE
+from kbot.sim.drive.twist_controller import STILL, Twist
 from kbot.sim.engine.base_servo import traction
+from kbot.sim.engine.contacts import SPRING
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.joints import resistance, rest
-from kbot.sim.motion_watch import STUCK, Excess, Explanation, MotionWatch, OdometryError, Standstill
-from kbot.sim.recipe import Contacts
+from kbot.sim.motion_watch import (
+    STUCK,
+    Excess,
+    Explanation,
+    MotionWatch,
+    OdometryError,
+    Standstill,
+    Weakness,
+)
+from kbot.sim.recipe import FRICTION, LINEAR_ACCELERATION, Contacts
 from kbot.sim.robot import SimulatedRobot
+from kbot.sim.statics import grip, tipping_acceleration
 from kbot.text import Diagnostic, Origin, Related, Severity
 
 _SAME = 0.01
 """Share by which a declared size may differ, as in D105 and D106."""
+_MOST = 0.5
+"""Least share of what was observed that a cause must explain. No other cause can then explain more of it."""
+_SUDDEN = 2.0
+"""Factor by which a load that begins suddenly exceeds one that grows slowly: the dynamic factor of a beam."""
 _SLOPE = radians(3.0)
-"""Tilt in rad above which the ground is a likely cause."""
-_SLIPPERY = 0.3
-"""Coefficient of friction below which a wheel slips in ordinary driving. A tyre on snow has 0.3."""
+"""Tilt in rad above which the ground is not level. A robot tilts less when it starts and stops."""
+_LEAST_TURN, _MOST_TURN = 0.2, 1.1
+"""The least and the most that a base with several axles turns, as a share of what its wheels indicate: as in
+the batteries (SLIPPING_TURN)."""
+_IN_TURN = 0.1
+"""Turn in rad from which a motion is one with turns."""
 _DEEP = 0.005
 """Metres below the floor that are reported. Stiff contacts sink in by 0.01 mm, and soft ones by a few mm."""
 _FLAT = 0.7
@@ -77,7 +96,8 @@ _JERK_LIMITS = (
 )
 """The controllers' limits of speed, acceleration and jerk, for driving and for turning."""
 _SIDES = ("D107", "D108", "D109")
-_SLIPS = ("D112", "D128", "D116", "D110", "D111", "D115")
+_UNLOADS = ("D112", "D128", "D116", "D115")
+"""Faults because of which a driving wheel has too little load, or another part rests on the ground."""
 _WEAK = ("D119", "D117")
 _TIPS = ("D115", "D116", "D112", "G106")
 
@@ -86,7 +106,9 @@ _TIPS = ("D115", "D116", "D112", "G106")
 class _Cause:
     """Why something happened, and at which line. `is_fault`: whether the description is the reason.
 
-    `is_limit`: a limit of the drive, which explains a missed command, but no error of odometry."""
+    `is_limit`: a limit of the drive, which explains a missed command, but no error of odometry.
+
+    A cause is named only if it explains at least `_MOST` of what was observed. Otherwise it is unknown."""
 
     text: str
     origin: Origin | None = None
@@ -99,17 +121,28 @@ class _Cause:
 class MotionFindings:
     """The findings about the first robot of a simulation. Each cause is looked up once."""
 
-    def __init__(self, watch: MotionWatch, engine: Engine, robot: SimulatedRobot, contacts: Contacts) -> None:
+    def __init__(
+        self,
+        watch: MotionWatch,
+        engine: Engine,
+        robot: SimulatedRobot,
+        contacts: Contacts,
+        off_ground: Diagnostic | None,
+    ) -> None:
+        """`off_ground` is the finding about a start without ground below it."""
+        self._off_ground = off_ground
         self._watch, self._engine, self._robot = watch, engine, robot
-        # with KBot's own contacts no caster scrubs
-        self._slips = _SLIPS if contacts is Contacts.RECIPE else ("D118", *_SLIPS)
+        self._contacts = contacts
         self._causes: dict[str, _Cause] = {}
         self._sunk: Diagnostic | None = None
+        self._lost_since: float | None = None
+        """Since when in s the robot falls for ever."""
         self._restarts = watch.restarts
 
     def find(self) -> tuple[Diagnostic, ...]:
         """What was observed since the last reset, and whether the robot is below the floor now."""
-        found = [self._fall(), self._depth(), self._excess(), self._standstill(), self._weakness()]
+        found = [self._jump(), self._depth(), self._fall(), self._excess(), self._standstill()]
+        found.append(self._weakness())
         limited = self._miss() if self._is_limited and not any(found) else None
         found += [self._odometry(limited is None), self._sag(), limited]
         if not any(found):
@@ -120,7 +153,7 @@ class MotionFindings:
 
     def _odometry(self, explains_miss: bool) -> Diagnostic | None:
         seen, still = self._watch.odometry_error, self._watch.standstill
-        if seen is None or self._follows_from_fall(seen.since):
+        if seen is None or self._is_consequence(seen.since):
             return None
         if still is not None and still.wheels_turn and still.since <= seen.since:
             return None  # a consequence: odometry counts the turns of wheels that move nothing
@@ -130,12 +163,12 @@ class MotionFindings:
         what = f"odometry is {_percent(seen.share)} off: {off} after {driven}, first at {seen.since:.1f} s"
         missed = self._watch.miss
         what += f"; the robot {_share_of(missed)}" if missed is not None and explains_miss else ""
-        cause = self._cause("W301", seen.explanation, lambda: self._why_off(seen))
+        cause = self._first_cause("W301", lambda: self._why_off(seen))
         return _finding("W301", what, cause)
 
     def _standstill(self) -> Diagnostic | None:
         seen = self._watch.standstill
-        if seen is None or self._follows_from_fall(seen.since):
+        if seen is None or self._is_consequence(seen.since):
             return None
         if self._watch.excess is not None and seen.allowed < 2.0 * STUCK:
             return None  # a consequence: the robot drives as fast as it can
@@ -159,7 +192,7 @@ class MotionFindings:
 
     def _weakness(self) -> Diagnostic | None:
         seen = self._watch.weakness
-        if seen is None or self._follows_from_fall(seen.since) or self._watch.standstill is not None:
+        if seen is None or self._is_consequence(seen.since) or self._watch.standstill is not None:
             return None  # a robot that hardly moves is one finding, with the motor as its cause
         what = (
             f"the motor of '{seen.joint}' is too weak after {seen.since:.1f} s: it turns at {seen.speed:.3g}"
@@ -170,7 +203,9 @@ class MotionFindings:
     def _miss(self) -> Diagnostic | None:
         """W307. What acted on the robot from outside, or holds it, explains it without a finding."""
         seen = self._watch.miss
-        if seen is None or self._watch.explanation.is_known or self._attached() or self._slope():
+        if seen is None or (
+            self._watch.explanation.is_known or self._attached() or self._watch.tilt > _SLOPE
+        ):
             return None
         what = f"the robot {_share_of(seen)} in {seen.seconds:.1f} s"
         return _finding("W307", what, self._cause_of_miss(seen))
@@ -220,15 +255,38 @@ class MotionFindings:
         mujoco.mj_forward(model, still)
         return {name: abs(float(still.qfrc_bias[place.dofadr[0]])) for name, place in places.items()}
 
-    def _follows_from_fall(self, since: float) -> bool:
-        fall = self._watch.fall
-        return fall is not None and fall.since <= since
+    def _is_consequence(self, since: float) -> bool:
+        """Whether something that was observed first at a time (s) follows from a jump, a fall, or because the
+        robot left the ground for ever."""
+        jump, fall = self._watch.jump, self._watch.fall
+        earlier = [seen.since for seen in (jump, fall) if seen is not None]
+        earlier += [self._lost_since] if self._lost_since is not None else []
+        return any(time <= since for time in earlier)
+
+    def _jump(self) -> Diagnostic | None:
+        """W309."""
+        seen = self._watch.jump
+        if seen is None:
+            return None
+        what = (
+            f"between {seen.since:.2f} s and {seen.until:.2f} s the velocity of the robot changes by "
+            f"{seen.change:.3g} m/s, which gravity, contacts and motors do not explain: this is an error of the "
+            "physics engine, and the robot is not at fault"
+        )
+        hint = (
+            "do not use the results after this time, and report the files and the command to KBot's authors"
+        )
+        return Diagnostic("W309", Severity.WARNING, what, None, hint)
 
     def _fall(self) -> Diagnostic | None:
-        seen = self._watch.fall
+        seen, jump = self._watch.fall, self._watch.jump
+        if jump is not None and (seen is None or jump.since <= seen.since):
+            return None
+        if self._lost_since is not None and (seen is None or self._lost_since <= seen.since):
+            return None
         if seen is None:
             return self._lean()
-        cause = self._cause("W303", seen.explanation, self._why_fallen)
+        cause = self._cause("W303", seen.explanation, lambda: self._why_fallen(seen.twist))
         return _finding("W303", f"the robot fell over at {seen.since:.1f} s", cause)
 
     def _lean(self) -> Diagnostic | None:
@@ -239,7 +297,8 @@ class MotionFindings:
         angle = acos(min(1.0, float(self._watch.up @ normal)))
         if angle < _LEANS or not resting:
             return None
-        cause = self._cause("W303", self._watch.explanation, self._why_fallen)
+        twist = self._robot.wheels.twist if self._robot.wheels is not None else STILL
+        cause = self._cause("W303", self._watch.explanation, lambda: self._why_fallen(twist))
         what = f"the robot leans by {degrees(angle):.0f} degrees and rests on '{resting[0]}'"
         return _finding("W303", what, cause)
 
@@ -266,7 +325,8 @@ class MotionFindings:
     def _depth(self) -> Diagnostic | None:
         """W304. What sinks without a contact is seen only at the time of this call."""
         engine = self._engine
-        if engine.has_failed:
+        jump = self._watch.jump
+        if engine.has_failed or (jump is not None and self._sunk is None):
             return None
         self._forget_before_restart()
         if self._sunk is None:
@@ -282,15 +342,20 @@ class MotionFindings:
         if height > fixed.min(initial=0.0) - _BELOW_WORLD:
             return None
         what = f"at {self._engine.time:.1f} s the robot is at z = {height:.1f} m and falls"
+        flight = self._watch.flight
+        self._lost_since = self._engine.time if flight is None else flight
         touches = [link for link in self._robot.robot.links.values() if link.collisions]
         if not touches:
             origin = self._robot.robot.origin
-            return _finding(
-                "W304", what, _Cause("no link has a <collision>", origin, "add <collision> to the links")
-            )
-        return _finding(
-            "W304", what, _Cause("it drove off the edge of the ground, or fell through it", is_fault=False)
-        )
+            cause = _Cause("no link has a <collision>", origin, "add <collision> to the links")
+        elif self._watch.has_touched:
+            text = f"it left the ground at {self._lost_since:.1f} s and touches nothing since then"
+            cause = _Cause(text, is_fault=False)
+        elif self._off_ground is not None and self._watch.begun == 0.0:
+            cause = _Cause(f"{self._off_ground.message} (W115)", self._off_ground.origin, is_fault=False)
+        else:
+            cause = _Cause("there is no ground below the place where it was put", is_fault=False)
+        return _finding("W304", what, cause)
 
     def _below_floor(
         self, model: mujoco.MjModel, data: mujoco.MjData, own: NDArray[np.intp]
@@ -304,12 +369,21 @@ class MotionFindings:
             return None
         faults = self._faults(("D112", "G106", "D128"), link)
         collides = bool(self._robot.robot.links[link].collisions)
-        cause = faults or _Cause(
-            "its contact is too soft for the weight" if collides else "it has no <collision>",
-            self._robot.robot.links[link].origin,
-            "raise <kp> of its surface" if collides else "add a <collision>, or move the link up",
-        )
+        origin = self._robot.robot.links[link].origin
+        cause = faults or (self._soft_contact(model, link, deepest) if collides else None)
+        if cause is None and not collides:
+            cause = _Cause("it has no <collision>", origin, "add a <collision>, or move the link up")
+        cause = cause or _unknown()
         return _finding("W304", f"'{link}' reaches {deepest * 1e3:.0f} mm below the floor", cause)
+
+    def _soft_contact(self, model: mujoco.MjModel, link: str, depth: float) -> _Cause | None:
+        """A contact with a spring: at an impedance of `SPRING` the weight sinks in by (1 - SPRING) g / k."""
+        geoms = np.flatnonzero(model.geom_bodyid == self._robot.body.index(link))
+        stiffness = -model.geom_solref[geoms, 0]  # negative for a spring, in 1/s^2
+        if not (stiffness > 0.0).any() or (1.0 - SPRING) * GRAVITY / stiffness.max() < _MOST * depth:
+            return None
+        text, origin = "its contact is too soft for the weight", self._robot.robot.links[link].origin
+        return _Cause(text, origin, "raise <kp> of its surface")
 
     def _depths_of_contacts(
         self, model: mujoco.MjModel, data: mujoco.MjData, own: NDArray[np.intp]
@@ -354,7 +428,7 @@ class MotionFindings:
 
     def _forget_before_restart(self) -> None:
         if self._restarts != self._watch.restarts:
-            self._restarts, self._sunk = self._watch.restarts, None
+            self._restarts, self._sunk, self._lost_since = self._watch.restarts, None, None
             self._causes.clear()
 
     def _attached(self) -> _Cause | None:
@@ -365,56 +439,83 @@ class MotionFindings:
         return _Cause("it is attached to something", is_fault=False) if is_held else None
 
     def _why_off(self, seen: OdometryError) -> _Cause:
-        declared = [
-            code
-            for code, odometry, true, factor in (
-                ("D106", seen.odometry_distance, seen.distance, self._declared_factors()[0]),
-                ("D105", seen.odometry_rotation, seen.rotation, self._declared_factors()[1]),
-            )
-            if abs(odometry - true) > max(_SAME * true, 2.0 * abs(odometry - factor * true))
-        ]
+        """Sizes, sides and axes explain what is left without the slip. Slip has another cause."""
+        if seen.slip <= (1.0 - _MOST) * seen.total:
+            return self._drive_fault(self._size_codes(seen)) or self._faults(("D111",)) or _unknown()
+        share = seen.share * seen.slip / seen.total
         return (
-            self._slipping_tracks()
-            or self._drive_fault((*_SIDES, *declared))
-            or self._faults(self._slips)
-            or self._slippery_wheel()
-            or self._dragging_part()
+            _from_outside(seen.explanation)
+            or self._attached()
+            or self._slipping_tracks(seen)
             or self._skids(seen)
-            or self._loose_suspension()
-            or self._hanging_wheel()
-            or self._slope()
-            or _Cause(
-                "the wheels slip",
-                self._robot.robot.origin,
-                "check the load on the wheels and their friction",
-            )
+            or self._why_slips(share, in_turn=seen.odometry_rotation > _IN_TURN)
         )
 
-    def _declared_factors(self) -> tuple[float, float]:
-        """By which factors odometry's distances and turns are off because of the declared sizes."""
+    def _size_codes(self, seen: OdometryError) -> tuple[str, ...]:
+        """The codes of faults that explain wrong odometry without slip, the one with the largest effect
+        first."""
         drive, settings = self._robot.drive, self._robot.settings
         if not isinstance(drive, DifferentialDrive) or settings is None:
-            return 1.0, 1.0
-        radius = settings.radius / drive.radius
-        return radius, radius * drive.separation / settings.separation
+            return ()
+        half = drive.separation / 2.0
+        radius, separation = (
+            settings.radius / drive.radius - 1.0,
+            drive.separation / settings.separation - 1.0,
+        )
+        effects = {
+            "D106": abs(radius) * (seen.distance + half * seen.rotation),
+            "D105": abs(separation) * half * seen.rotation,
+        }
+        return (*_SIDES, *sorted(effects, key=lambda code: -effects[code]))
 
     def _why_still(self, seen: Standstill) -> _Cause:
-        if seen.allowed < 2.0 * STUCK:
+        missing = 1.0 - seen.share
+        if 1.0 - seen.allowed >= _MOST * missing and seen.allowed < 2.0 * STUCK:
             return self._limits(seen)
-        if seen.wheels_turn:
-            found = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
-            found = found or self._hanging_wheel()
-            return found or self._slope() or _Cause("the wheels turn and slip", self._robot.robot.origin)
-        if not self._has_motors:
-            return (
-                self._dragging_part()
-                or self._slope()
-                or _Cause("something holds it", self._robot.robot.origin)
-            )
-        found = self._resistance() or self._faults(_WEAK) or self._weak_motor() or self._slope()
-        return found or _Cause(
-            "its wheels do not turn", self._robot.robot.origin, "check what blocks the wheels"
+        if seen.wheels_turn or not self._has_motors:
+            return self._why_slips(missing, in_turn=False)
+        return (
+            self._resistance()
+            or self._weak_motor_for(missing)
+            or _unknown("its wheels do not turn, and the cause is not known", "check what blocks the wheels")
         )
+
+    def _why_slips(self, share: float, *, in_turn: bool) -> _Cause:
+        """Why the wheels slip by a share of what they drive: they push too little, or something drags.
+
+        The forces of now give the acceleration that the tyres can cause, and it is compared with the one that
+        the drive's controller asks for. A wheel that is in the air rolls for nothing in this share of the
+        time.
+        """
+        least = _MOST * share
+        if not self._engine.has_failed:
+            model, data = self._engine.current()
+            needed, uphill = self._acceleration(), GRAVITY * sin(self._slope)
+            now = grip(model, data, self._robot, in_turn=in_turn)
+            if now.parts and now.missing(needed) >= least and now.drag >= _MOST * now.push:
+                return self._dragging_part(now.parts[0])
+            if now.missing(needed) >= least and (found := self._slippery_wheel() or self._faults(_UNLOADS)):
+                return found
+            if now.missing(needed) < least <= now.missing(needed + uphill):
+                return self._on_slope()
+        wheel, lifted = self._watch.lifted
+        if wheel and lifted >= least and (found := self._faults(_UNLOADS)):
+            return found
+        if found := self._askew_wheel(least) or self._loose_suspension(least):
+            return found
+        if wheel and lifted >= least:
+            text = f"the wheel '{wheel}' does not touch the ground for {_percent(lifted)} of the time"
+            return _Cause(text, is_fault=False)
+        what = "the wheels slip" if self._has_motors else "something holds it"
+        return _unknown(
+            f"{what}, and the cause is not known", "check the load on the wheels and their friction"
+        )
+
+    def _acceleration(self) -> float:
+        """The acceleration in m/s^2 that the drive's controller asks for at most."""
+        settings = self._robot.settings
+        limit = inf if settings is None else settings.limits.linear_acceleration
+        return limit if limit < inf else LINEAR_ACCELERATION
 
     @property
     def _has_motors(self) -> bool:
@@ -423,45 +524,67 @@ class MotionFindings:
         return isinstance(drive, DifferentialDrive) and bool(drive.joints)
 
     def _why_far(self, seen: Excess) -> _Cause:
-        text, origin = self._speed_limit_of(seen)
+        text, origin = self._speed_limit_of(seen.allowed, is_turn=seen.is_turn)
         small = _in_small_unit(seen)
         hint = f"cmd_vel takes m/s and rad/s: {small}" if small else "command a lower speed, in m/s and rad/s"
         return _Cause(text, origin, hint)
 
-    def _speed_limit_of(self, seen: Excess) -> tuple[str, Origin | None]:
-        """What limits the speed, and where it is written: the controller, or the joint of a wheel."""
+    def _speed_limit_of(self, speed: float, *, is_turn: bool) -> tuple[str, Origin | None]:
+        """What limits the speed to m/s or rad/s, and where it is written: the controller, or the joint of a
+        wheel."""
         robot, drive = self._robot.robot, self._robot.drive
         controller = drive_controller(declared_drives(robot))
-        given = None if controller is None else controller.first(*_SPEED_LIMITS[seen.is_turn])
-        if controller is not None and given is not None and given.number == seen.allowed:
+        given = None if controller is None else controller.first(*_SPEED_LIMITS[is_turn])
+        if controller is not None and given is not None and given.number == speed:
             return f"{controller.name} limits it with {given.name}", given.origin
         joints = drive.joints if isinstance(drive, DifferentialDrive) else ()
         name = min(joints, key=lambda joint: robot.joints[joint].speed_limit, default="")
         limit = robot.joints[name].limit if name else None
         if limit is None:
-            return "the controller limits the speed", robot.origin
+            return "the limits of the drive", None
         return f"'{name}' has a velocity limit of {robot.joints[name].speed_limit:g} rad/s", limit.origin
 
     def _why_missed(self, seen: Miss) -> _Cause:
-        """The limits of the drive, the direction of its wheels, sizes that are off, weak motors, or slip."""
-        off = abs(seen.share - seen.odometry)
+        """Why a robot does not move as commanded. Its wheels do not, or their sizes are wrong, or they slip:
+        these three parts add up to what is missing."""
         limits = self._limit_of(seen) or self._steering_limit(seen)
         if limits is not None and seen.share < 1.0:
             return limits
-        found = self._drive_fault(("D132", *(("D106", "D105") if off > _SAME else ())))
-        if found is not None:
-            return found
+        least = _MOST * abs(1.0 - seen.share)
         drive = self._robot.drive
-        if isinstance(drive, SteeredDrive) and drive.sideways and (1.0 - seen.share) * seen.seconds < _STEERS:
+        if abs(seen.odometry - seen.rolled) >= least:
+            found = self._drive_fault((*_SIDES, "D106", "D105")) or self._faults(("D111",))
+            if found is not None:
+                return found
+        if self._rolls_aside(seen):
+            found = self._drive_fault(("D132",))
+            if found is not None:
+                return found
+        if abs(1.0 - seen.odometry) >= least:
+            return self._why_slow(seen)
+        if seen.is_turn and isinstance(drive, DifferentialDrive) and len(drive.left) > 1:
+            return self._skid(seen.odometry / seen.share if seen.share > 0.0 else inf)
+        return self._why_slips(abs(seen.rolled - seen.share), in_turn=seen.is_turn)
+
+    def _rolls_aside(self, seen: Miss) -> bool:
+        """Whether the direction of the wheels explains the way: they cover the cosine of their angle of it."""
+        drive = self._robot.drive
+        if not isinstance(drive, DifferentialDrive) or seen.is_turn:
+            return False
+        return abs(seen.share - float(drive.axle_in_base.rotation[0, 0])) <= _MOST * abs(1.0 - seen.share)
+
+    def _why_slow(self, seen: Miss) -> _Cause:
+        """Why the wheels turn less than commanded."""
+        drive = self._robot.drive
+        missing = 1.0 - seen.share
+        if isinstance(drive, SteeredDrive) and drive.sideways and missing * seen.seconds < _STEERS:
             origin = self._robot.robot.joints[drive.steering[0]].origin
             return _Cause("its wheels first steer into this direction", origin, is_fault=False)
-        if self._has_motors and seen.odometry < 1.0 - SHORT[seen.is_turn] and off < 1.0 - seen.odometry:
-            slow = self._slippery_wheel() or self._slow_motor()
-            return slow or _Cause("its wheels turn more slowly than commanded", self._robot.robot.origin)
-        slips = self._faults(self._slips) or self._slippery_wheel() or self._dragging_part()
-        text = "the wheels slip" if self._has_motors else "something holds it"
-        found = slips or self._loose_suspension() or self._hanging_wheel()
-        return found or _Cause(text, self._robot.robot.origin)
+        return self._slow_motor(seen) or _unknown(
+            "its wheels turn more slowly than commanded, and the cause is not known"
+            if missing > 0.0
+            else "its wheels turn faster than commanded, and the cause is not known"
+        )
 
     def _limit_of(self, seen: Miss) -> _Cause | None:
         """The limit of speed, acceleration or jerk that explains most of a miss."""
@@ -477,8 +600,7 @@ class MotionFindings:
         if own < (1.0 - seen.share) / 2.0:
             return None
         if wheels.fastest[axis] < abs(seen.wanted[axis]) * (1.0 - _SAME):
-            excess = Excess(0.0, seen.wanted[axis], wheels.fastest[axis], seen.is_turn)
-            text, origin = self._speed_limit_of(excess)
+            text, origin = self._speed_limit_of(wheels.fastest[axis], is_turn=seen.is_turn)
             return _Cause(text, origin, "command a lower speed, or raise the limit", is_limit=True)
         is_jerk = without_jerk < own / 2.0
         names = (_JERK_LIMITS if is_jerk else _ACCELERATION_LIMITS)[seen.is_turn]
@@ -513,34 +635,100 @@ class MotionFindings:
         text = f"its steering limits allow no curve of less than {1.0 / sharpest:.3g} m radius"
         return _Cause(text, origin, "command a wider curve, or raise the limit", is_limit=True)
 
-    def _slow_motor(self) -> _Cause | None:
-        """A torque limit that the motors needed to start, or still need."""
+    def _motor_acceleration(self) -> float:
+        """The acceleration in m/s^2 that the torque limits of the driving joints allow on level ground,
+        infinite without one. A limit also turns the wheels and rotors."""
         drive, settings = self._robot.drive, self._robot.settings
-        if not isinstance(drive, DifferentialDrive) or settings is None:
+        if not isinstance(drive, DifferentialDrive) or settings is None or not drive.joints:
+            return inf
+        model, own = self._engine.model, settings.torque or inf
+        mass = float(model.body_subtreemass[self._robot.body.index(self._robot.robot.root)])
+        torque, turning = 0.0, 0.0
+        for name in drive.joints:
+            dof = self._robot.body.dof(name)
+            torque += min(self._robot.robot.joints[name].effort_limit, own)
+            body, axis = model.dof_bodyid[dof], drive.wheels[name].axis
+            turning += float(model.dof_armature[dof]) + float(model.body_inertia[body] @ (axis * axis))
+        return torque / drive.radius / (mass + turning / drive.radius**2)
+
+    def _weakest_joint(self) -> str:
+        drive, joints = self._robot.drive, self._robot.robot.joints
+        names = drive.joints if isinstance(drive, DifferentialDrive) else ()
+        return min(names, key=lambda joint: joints[joint].effort_limit, default="")
+
+    def _slow_motor(self, seen: Miss) -> _Cause | None:
+        """A torque limit with which the start takes so long that it explains the missing way: half of the
+        speed for the longer time."""
+        able = self._motor_acceleration()
+        if able == inf or seen.is_turn:
             return None
-        torque = settings.torque or inf
-        name = min(drive.joints, key=lambda joint: self._robot.robot.joints[joint].effort_limit, default="")
-        most = min(self._robot.robot.joints[name].effort_limit, torque) if name else inf
-        if most == inf:
+        speed, ordinary = hypot(*seen.wanted[:2]), self._acceleration()
+        start = min(speed / able, seen.seconds)
+        missing = (start - speed / ordinary) / (2.0 * seen.seconds)
+        if missing < _MOST * (1.0 - seen.share):
             return None
-        limit, origin = self._torque_limit(name, most)
-        text = f"{limit} of '{name}' is {most:.3g} N m, which is too little to start in an ordinary time"
+        limit, origin, most = self._torque_limit(self._weakest_joint())
+        text = f"{limit} of '{self._weakest_joint()}' is {most:.3g} N m, which allows {able:.2g} m/s^2"
         return _Cause(text, origin, "write the motor's torque, or the robot's real mass", is_fault=False)
 
-    def _why_fallen(self) -> _Cause:
-        text = "its centre of mass is too high for this acceleration, turning speed or slope"
-        return (
-            self._faults(_TIPS)
-            or self._heavy_wheel()
-            or _Cause(text, self._robot.robot.origin, "lower the heavy parts, or the acceleration")
+    def _weak_motor_for(self, missing: float) -> _Cause | None:
+        """The torque limits, if they cause a part of the controller's acceleration only."""
+        able, needed = self._motor_acceleration() - GRAVITY * sin(self._slope), self._acceleration()
+        if 1.0 - able / needed < _MOST * missing:
+            return None
+        found = self._faults(_WEAK)
+        if found is not None:
+            return found
+        limit, origin, most = self._torque_limit(self._weakest_joint())
+        text = (
+            f"{limit} of '{self._weakest_joint()}' is {most:.3g} N m, which allows {max(able, 0.0):.2g} m/s^2"
+        )
+        return _Cause(text, origin, "write the motor's torque, or the robot's real mass")
+
+    def _why_fallen(self, twist: Twist) -> _Cause:
+        """What tipped the robot: its start, its curve or the slope takes more than the acceleration at which
+        it tips. A load that begins suddenly tips it with half of that."""
+        tips, slope = tipping_acceleration(self._robot), GRAVITY * sin(self._slope)
+        start, curve = self._acceleration() + slope, abs(twist[0] * twist[2])
+        if tips <= _SUDDEN * max(start, curve):
+            found = self._faults(_TIPS)
+            if found is not None:
+                return found
+            source, taken = ("the curve", curve) if curve > start else ("the start and the slope", start)
+            text = f"it tips over at {max(tips, 0.0):.2g} m/s^2, and {source} take{'s' * (curve > start)} "
+            text += f"up to {taken:.2g} m/s^2"
+            return _Cause(text, self._heaviest, "lower the heavy parts, or the speed and acceleration")
+        speeds = _joined(f"{hypot(*twist[:2]):.3g} m/s", f"{abs(twist[2]):.3g} rad/s")
+        return self._heavy_wheel(tips) or _unknown(
+            f"the cause is not known; the robot tips over at {tips:.2g} m/s^2, and was commanded to move at"
+            f" {speeds}"
         )
 
-    def _heavy_wheel(self) -> _Cause | None:
-        """A driving wheel with an inertia that is far too large: starting it turns the body backwards."""
-        drive = self._robot.drive
-        wheels = drive.wheels.values() if isinstance(drive, DifferentialDrive) else ()
-        found = (self._faults(("I108",), wheel.link) for wheel in wheels)
-        return next((cause for cause in found if cause is not None), None)
+    @property
+    def _heaviest(self) -> Origin | None:
+        inertials = [link.inertial for link in self._robot.robot.links.values() if link.inertial]
+        heaviest = max(inertials, key=lambda inertial: inertial.mass, default=None)
+        return None if heaviest is None else heaviest.origin
+
+    def _heavy_wheel(self, tips: float) -> _Cause | None:
+        """A driving wheel with an inertia that is far too large: starting it turns the body backwards.
+
+        The wheels at a / r need the torque I a / r, and the body tips at m h times its acceleration.
+        """
+        drive, model = self._robot.drive, self._engine.model
+        if not isinstance(drive, DifferentialDrive) or self._engine.has_failed:
+            return None
+        _, data = self._engine.current()
+        root = self._robot.body.index(self._robot.robot.root)
+        mass = float(model.body_subtreemass[root])
+        height = abs(float(data.subtree_com[root, 2] - self._robot.body.link_pose(drive.base).translation[2]))
+        for wheel in drive.wheels.values():
+            inertia = float(model.body_inertia[self._robot.body.index(wheel.link)].max())
+            torque = len(drive.wheels) * inertia * self._acceleration() / drive.radius
+            found = self._faults(("I108",), wheel.link)
+            if found is not None and _SUDDEN * torque >= tips * mass * max(height, drive.radius):
+                return found
+        return None
 
     def _drive_fault(self, codes: Sequence[str]) -> _Cause | None:
         """The first of these faults of the plugin or controller that drives. The others are related."""
@@ -562,10 +750,12 @@ class MotionFindings:
         # D128 of a visual is an info: a visual does not touch the ground
         return _first(codes, [f for f in found if f.code != "D128" or f.severity is Severity.WARNING])
 
-    def _slipping_tracks(self) -> _Cause | None:
+    def _slipping_tracks(self, seen: OdometryError) -> _Cause | None:
         """The slip of tracks in a turn, which odometry of gz's TrackedVehicle does not take into account."""
         drive, controller = self._robot.drive, drive_controller(declared_drives(self._robot.robot))
         if not isinstance(drive, HolonomicDrive) or drive.efficiency == 1.0 or controller is None:
+            return None
+        if abs(1.0 - drive.efficiency) * seen.odometry_rotation * drive.separation / 2.0 < _MOST * seen.slip:
             return None
         given = controller.first("steering_efficiency")
         origin = controller.origin if given is None else given.origin
@@ -577,31 +767,65 @@ class MotionFindings:
         return _Cause(text, origin, hint, is_fault=False)
 
     def _skids(self, seen: OdometryError) -> _Cause | None:
-        """Several axles, whose wheels are dragged sideways in a turn."""
+        """Several axles, whose wheels are dragged sideways in a turn.
+
+        Such a base makes `_LEAST_TURN` to `_MOST_TURN` of a turn, about a point between its axles. So the
+        middle is off by at most the distance of the axles, and by the heading's error on the way.
+        """
+        drive = self._robot.drive
+        if not isinstance(drive, DifferentialDrive) or len(drive.left) < 2:
+            return None
+        turned, error = seen.odometry_rotation, abs(seen.odometry_rotation - seen.rotation)
+        if turned < _IN_TURN or not _LEAST_TURN * turned <= seen.rotation <= _MOST_TURN * turned:
+            return None
+        ahead = [float(wheel.center @ drive.axle_in_base.rotation[:, 0]) for wheel in drive.wheels.values()]
+        most = max(ahead) - min(ahead) + seen.distance * error + drive.separation / 2.0 * error
+        if most < _MOST * seen.slip:
+            return None
+        is_heading = drive.separation / 2.0 * abs(seen.heading_error) >= _MOST * seen.total
+        return self._skid(turned / seen.rotation if is_heading else 1.0)
+
+    def _skid(self, factor: float) -> _Cause:
+        """The slip of several axles, with which the wheels turn by `factor` times the turn of the base."""
         drive, settings = self._robot.drive, self._robot.settings
-        if not isinstance(drive, DifferentialDrive) or settings is None or len(drive.left) < 2:
-            return None
-        factor = seen.odometry_rotation / seen.rotation if seen.rotation else inf
-        if seen.odometry_rotation > (1.0 + _SAME) * max(seen.rotation, 0.1):
-            why = f"a turn drags the wheels of {len(drive.left)} axles across the ground"
-        elif seen.odometry_rotation > 0.1 and factor < 1.0 - _SAME and settings.separation > drive.separation:
+        axles = len(drive.left) if isinstance(drive, DifferentialDrive) else 0
+        why = f"a turn drags the wheels of {axles} axles across the ground"
+        if factor == 1.0:
+            text = f"{why}, so that the robot does not turn about their middle"
+            return _Cause(text, None, "use another source of the position, such as a lidar", is_fault=False)
+        if factor < 1.0 and settings is not None:
             why = f"they slip less than its wheel separation of {settings.separation:.4g} m assumes"
-        else:
-            return None
         text = f"it turns {_percent(1.0 / factor)} of what its wheels indicate, because {why}"
-        hint = f"give the drive a wheel separation that is {factor:.2g} times as large"
-        return _Cause(text, self._robot.robot.origin, hint if factor < inf else "", is_fault=False)
+        hint = (
+            f"give the drive a wheel separation that is {factor:.2g} times as large" if factor < inf else ""
+        )
+        controller = drive_controller(declared_drives(self._robot.robot))
+        size = None if controller is None else controller.separation
+        return _Cause(text, None if size is None else size.given.origin, hint, is_fault=False)
 
-    def _dragging_part(self) -> _Cause | None:
-        """A part other than wheels and casters that rests on the ground now."""
-        resting, _ = self._ground_below()
-        if not resting:
+    def _dragging_part(self, link: str) -> _Cause:
+        """A link other than wheels that drags on the ground, or the caster that scrubs."""
+        drive = self._robot.drive
+        is_caster = isinstance(drive, DifferentialDrive) and link in drive.casters
+        found = self._faults(("D118",) if is_caster else _UNLOADS)
+        text, origin = f"'{link}' drags on the ground", self._robot.robot.links[link].origin
+        hint = "give it little friction" if is_caster else "raise it, or put a caster below it"
+        return found or _Cause(text, origin, hint)
+
+    def _askew_wheel(self, least: float) -> _Cause | None:
+        """A driving wheel that rolls at an angle to the others: the sine of it is dragged across."""
+        drive = self._robot.drive
+        if not isinstance(drive, DifferentialDrive):
             return None
-        text = f"'{resting[0]}' drags on the ground"
-        return _Cause(text, self._robot.robot.links[resting[0]].origin, "raise it, or put a caster below it")
+        leftward = drive.axle_in_base.rotation[:, 1]
+        off = max(
+            (float(np.linalg.norm(np.cross(w.axis, leftward))) for w in drive.wheels.values()), default=0.0
+        )
+        return self._faults(("D110",)) if off >= least else None
 
-    def _loose_suspension(self) -> _Cause | None:
-        """A joint above a wheel that gave way under the weight, because nothing holds it."""
+    def _loose_suspension(self, least: float) -> _Cause | None:
+        """A joint above a wheel that gave way under the weight, because nothing holds it. It moves the wheel
+        by the sine of its angle."""
         robot, drive, positions = self._robot.robot, self._robot.drive, self._robot.body.joint_positions
         if not isinstance(drive, DifferentialDrive):
             return None
@@ -611,63 +835,66 @@ class MotionFindings:
             above = movable_above(robot, wheel.joint.parent)
             while above is not None:
                 moved = abs(positions[above.name] - rest(above)) if above.name in positions else 0.0
-                if above.type is JointType.REVOLUTE and above.name not in held and moved > _GIVES_WAY:
+                gives_way = moved > _GIVES_WAY and sin(min(moved, pi / 2.0)) >= least
+                if above.type is JointType.REVOLUTE and above.name not in held and gives_way:
                     text = f"'{above.name}' gives way by {degrees(moved):.0f} degrees: nothing holds it"
                     return _Cause(text, above.origin, "add a controller that holds it")
                 above = movable_above(robot, above.parent)
         return None
 
-    def _hanging_wheel(self) -> _Cause | None:
-        """A driving wheel that touches nothing now."""
-        engine, drive = self._engine, self._robot.drive
-        if not isinstance(drive, DifferentialDrive):
-            return None
-        model, data = engine.current()
-        touching = set(model.geom_bodyid[np.unique(data.contact.geom)].tolist())
-        for name in drive.joints if len(drive.joints) <= 2 else ():  # of four wheels one may hang
-            wheel = drive.wheels[name]
-            if self._robot.body.index(wheel.link) not in touching:
-                origin = wheel.joint.pose.origin or wheel.joint.origin
-                text = f"the wheel '{wheel.link}' does not touch the ground"
-                return _Cause(text, origin, "lower the wheel, or raise what lifts it")
-        return None
-
     def _slippery_wheel(self) -> _Cause | None:
-        """A driving wheel with little friction."""
+        """The driving wheel with the least friction, if it has less than usual."""
         drive, model = self._robot.drive, self._engine.model
         if isinstance(drive, HolonomicDrive):  # its wheels slide freely, and the base has their friction
             friction = traction(self._robot.robot, drive).friction
             text = f"the coefficient of friction of the wheels is only {friction:g}"
-            slips = friction < _SLIPPERY
-            return _Cause(text, self._robot.robot.origin, "raise their <mu1>") if slips else None
+            origin = next((self._robot.robot.links[link].origin for link in drive.tyres), None)
+            return _Cause(text, origin, "raise their <mu1>") if friction < FRICTION else None
+        frictions = {}
         for wheel in drive.wheels.values() if isinstance(drive, DifferentialDrive) else ():
             geoms = np.flatnonzero(model.geom_bodyid == self._robot.body.index(wheel.link))
-            friction = float(model.geom_friction[geoms, 0].min(initial=1.0))
-            if friction < _SLIPPERY:
-                text = f"the coefficient of friction of '{wheel.link}' is only {friction:g}"
-                return _Cause(text, self._robot.robot.links[wheel.link].origin, "raise its <mu1>")
-        return None
+            frictions[wheel.link] = float(model.geom_friction[geoms, 0].min(initial=FRICTION))
+        link = min(frictions, key=frictions.__getitem__, default="")
+        if not link or frictions[link] >= FRICTION:
+            return None
+        text = f"the coefficient of friction of '{link}' is only {frictions[link]:g}"
+        return _Cause(text, self._robot.robot.links[link].origin, "raise its <mu1>")
 
     def _limits(self, seen: Standstill) -> _Cause:
-        """The limit of speed that holds the wheels back."""
-        robot, drive = self._robot.robot, self._robot.drive
+        """The limit of speed, or of acceleration, that holds the wheels back."""
+        wheels, robot = self._robot.wheels, self._robot.robot
+        x, y, yaw = wheels.wanted if wheels is not None else STILL
+        half = self._robot.drive.separation / 2.0 if isinstance(self._robot.drive, DifferentialDrive) else 0.0
+        is_turn = half * abs(yaw) > hypot(x, y)
+        unit, speed = ("rad/s", abs(yaw)) if is_turn else ("m/s", hypot(x, y))
+        fastest = wheels.fastest[2 if is_turn else 0] if wheels is not None else inf
         text = f"the limits of the drive allow only {_percent(seen.allowed)} of the commanded speed"
-        joints = drive.joints if isinstance(drive, DifferentialDrive) else ()
-        name = min(joints, key=lambda joint: robot.joints[joint].speed_limit, default="")
-        limit = robot.joints[name].limit if name else None
-        twist = self._robot.commanded_twist
-        if (
-            limit is None
-            or not isinstance(drive, DifferentialDrive)
-            or robot.joints[name].speed_limit > drive.rim_speed(twist.x, twist.y, twist.yaw) / drive.radius
-        ):
-            return _Cause(text, robot.origin, "command a lower speed, or raise the controller's limits")
-        text += f": '{name}' has a velocity limit of {robot.joints[name].speed_limit:g} rad/s"
-        return _Cause(text, limit.origin, "raise the velocity limit, or command a lower speed")
+        if fastest < speed:
+            limit, origin = self._speed_limit_of(fastest, is_turn=is_turn)
+            return _Cause(f"{text}: {limit}", origin, "raise the velocity limit, or command a lower speed")
+        settings = self._robot.settings
+        if settings is None:
+            return _unknown()
+        limits = settings.limits
+        most = limits.angular_acceleration if is_turn else limits.linear_acceleration
+        controller = drive_controller(declared_drives(robot))
+        given = None if controller is None else controller.first(*_ACCELERATION_LIMITS[is_turn])
+        whose = (
+            f"its limit of {most:g} {unit}^2" if given is not None else f"KBot's default of {most:g} {unit}^2"
+        )
+        text = f"the start to {speed:g} {unit} takes {speed / most:.3g} s with {whose}"
+        hint = "command a lower speed, in m/s and rad/s"
+        return _Cause(text, None if given is None else given.origin, hint)
 
     def _why_weak(self) -> _Cause:
-        found = self._resistance() or self._faults(_WEAK) or self._slope() or self._weak_motor()
-        return found or _Cause("its load is too high")
+        seen = self._watch.weakness
+        uphill, able = GRAVITY * sin(self._slope), self._motor_acceleration()
+        if found := self._resistance():
+            return found
+        if uphill >= _MOST * able:
+            return self._on_slope()
+        weak = self._faults(_WEAK) if able < self._acceleration() else None
+        return weak or (_unknown() if seen is None else self._weak_motor(seen))
 
     def _resistance(self) -> _Cause | None:
         """The damping and friction of a driving joint, if its torque limit is too small for these alone."""
@@ -678,36 +905,52 @@ class MotionFindings:
         needed = damping * seen.commanded + friction
         if needed <= seen.most:
             return None
-        name, origin = self._torque_limit(seen.joint, seen.most)
+        name, origin, _ = self._torque_limit(seen.joint)
         text = (
             f"{name} of '{seen.joint}' is {seen.most:.3g} N m, but at {seen.commanded:.3g} rad/s its damping"
             f" and friction need {needed:.3g} N m, {needed / seen.most:.3g} times as much"
         )
         return _Cause(text, origin, f"write at least {needed:.3g} N m, or the joint's real <dynamics>")
 
-    def _weak_motor(self) -> _Cause | None:
+    def _weak_motor(self, seen: Weakness) -> _Cause:
         """A driving joint whose motor is at its torque limit."""
-        seen = self._watch.weakness
-        if seen is None:
-            return None
-        name, origin = self._torque_limit(seen.joint, seen.most)
-        text = f"the motor of '{seen.joint}' is at {name} of {seen.most:.3g} N m"
+        name, origin, most = self._torque_limit(seen.joint)
+        text = f"the motor of '{seen.joint}' is at {name} of {most:.3g} N m"
         return _Cause(text, origin, "write the motor's torque, or the robot's real mass")
 
-    def _torque_limit(self, joint: str, most: float) -> tuple[str, Origin | None]:
-        """What limits the torque of a motor to `most` N m, and where it is written."""
-        robot = self._robot.robot
-        if most == robot.joints[joint].effort_limit:
+    def _torque_limit(self, joint: str) -> tuple[str, Origin | None, float]:
+        """What limits the torque of a motor, where it is written, and to how many N m."""
+        robot, settings = self._robot.robot, self._robot.settings
+        own = inf if settings is None else settings.torque or inf
+        if robot.joints[joint].effort_limit <= own:
             limit = robot.joints[joint].limit
-            return "the effort limit", limit.origin if limit is not None else None
+            return (
+                "the effort limit",
+                limit.origin if limit is not None else None,
+                robot.joints[joint].effort_limit,
+            )
         controller = drive_controller(declared_drives(robot))
         given = None if controller is None else controller.first(*TORQUE)
-        return "the drive's torque limit", given.origin if given is not None else robot.origin
+        return "the drive's torque limit", given.origin if given is not None else None, own
 
-    def _slope(self) -> _Cause | None:
-        tilt = self._watch.tilt
-        text = f"the ground is not level: the robot tilted by up to {degrees(tilt):.0f} degrees"
-        return _Cause(text, is_fault=False) if tilt > _SLOPE else None
+    @property
+    def _slope(self) -> float:
+        """Angle in rad between the ground on which the robot rests and the plane across gravity."""
+        if self._engine.has_failed or self._robot.body.root_qpos < 0:
+            return 0.0
+        _, normal = self._ground_below()
+        gravity = self._engine.model.opt.gravity
+        pull = float(np.linalg.norm(gravity))
+        return acos(min(1.0, max(-1.0, -float(gravity @ normal) / pull))) if pull else 0.0
+
+    def _on_slope(self) -> _Cause:
+        text = f"the ground is not level: it rises by {degrees(self._slope):.0f} degrees"
+        return _Cause(text, is_fault=False)
+
+
+def _unknown(text: str = "the cause is not known", hint: str = "") -> _Cause:
+    """No cause of the observation explains its size."""
+    return _Cause(text, None, hint)
 
 
 def _finding(code: str, what: str, cause: _Cause) -> Diagnostic:
@@ -757,6 +1000,8 @@ def _from_outside(seen: Explanation) -> _Cause | None:
         return _Cause(f"it touched '{seen.touched}' at {seen.touched_at:.1f} s", is_fault=False)
     if seen.disturbance:
         return _Cause(f"{seen.disturbance} acted on it", is_fault=False)
+    if seen.flight is not None:
+        return _Cause(f"it was in the air from {seen.flight:.1f} s on", is_fault=False)
     return None
 
 

@@ -9,16 +9,18 @@ from math import acos, atan2, cos, hypot, inf, pi, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
 from kbot.kinematics.transform import Transform
 from kbot.sim.collisions import Collisions
 from kbot.sim.command_watch import CommandWatch, Miss
 from kbot.sim.disturbances import Disturbances
 from kbot.sim.drive.twist_controller import STILL, Twist
+from kbot.sim.energy_watch import EnergyWatch, Jump
 from kbot.sim.engine.engine import Engine
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
+from kbot.sim.true_rolling import TrueRolling
 
 OFF = 0.02
 """Share of the distance driven by which odometry may differ from the true motion.
@@ -54,6 +56,10 @@ UPRIGHT = cos(radians(60.0))
 """Upward component of the axle's z axis below which a robot has fallen over. Ramps are less steep."""
 SETTLING = 0.6
 """Seconds after a start during which the robot settles on its wheels, and is not watched: one sample."""
+FLIGHT = 0.25
+"""Seconds without a contact from which a robot flies. Driving off an edge of 0.2 m takes 0.2 s."""
+LANDING = 1.0
+"""Seconds after a flight within which its landing explains what a robot does."""
 _CONTACTS = 4
 """Control periods between two looks at the contacts: 0.08 s."""
 _EVERY = 28
@@ -69,15 +75,17 @@ class Explanation:
 
     touched      the object or robot that it touched, and since when in s
     disturbance  a push or an injected fault
+    flight       since when in s it touched nothing, until now or shortly before, or None
     """
 
     touched: str
     touched_at: float
     disturbance: str
+    flight: float | None = None
 
     @property
     def is_known(self) -> bool:
-        return bool(self.touched or self.disturbance)
+        return bool(self.touched or self.disturbance or self.flight is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +96,9 @@ class OdometryError:
     distance, rotation                    the true path length in m, and the sum of all turns in rad
     odometry_distance, odometry_rotation  the same by odometry
     share                                 the difference as a share of the distance that the wheels drove
+    total, slip                           the difference in m, with half a wheel separation for each rad; and
+                                          its part that is left if odometry is computed from the true sizes,
+                                          sides and axes of the wheels
     """
 
     since: float
@@ -99,6 +110,8 @@ class OdometryError:
     odometry_distance: float
     odometry_rotation: float
     share: float
+    total: float
+    slip: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,16 +161,17 @@ class Weakness:
 
 @dataclass(frozen=True, slots=True)
 class Fall:
-    """The robot lay on its side or back from `since` (s) on."""
+    """The robot lay on its side or back from `since` (s) on. `twist` is what its controller then commanded."""
 
     since: float
     explanation: Explanation
+    twist: Twist
 
 
 class MotionWatch:
     """Watches the first robot of a simulation.
 
-    `odometry_error`, `standstill`, `excess` and `fall` are what was observed since the last reset or
+    `odometry_error`, `standstill`, `excess`, `weakness`, `fall` and `jump` are what was observed since the last reset or
     placement of the robot, `touched` is what the robot first touched except the ground. All are None or empty
     without one.
 
@@ -191,6 +205,11 @@ class MotionWatch:
         self.weakness: Weakness | None = None
         self._weak_since: dict[str, float] = {}
         self.fall: Fall | None = None
+        self._energy = EnergyWatch(self._engine, self._disturbances)
+        self._samples, self._lifted = 0, dict.fromkeys(_driving_links(robot), 0)
+        self.has_touched = False
+        self._flies_since: float | None = None
+        self._landing = (0.0, -inf)
         self._fastest = robot.wheels.fastest if robot.wheels is not None else _NO_LIMIT
         self._far_since: float | None = None
         self._far_wanted, self._far_changed = STILL, 0.0
@@ -211,7 +230,8 @@ class MotionWatch:
         self._axle_of = _axle_of(robot.body.base_from_root, drive)
         self._last = self._axle_of(robot.body.root_place) if robot.body.root_qpos >= 0 else None
         self._heading = robot.body.heading
-        self._odometry = self._true = robot.wheels.axle if robot.wheels is not None else STILL
+        self._rolling = TrueRolling(robot)
+        self._odometry = self._true = self._rolled = robot.wheels.axle if robot.wheels is not None else STILL
         if robot.wheels is not None:
             self._command.start(self._begun, robot.wheels.wanted)
         self._way = self._turned = self._odometry_way = self._odometry_turned = 0.0
@@ -223,6 +243,8 @@ class MotionWatch:
         wheels = self._robots.first.wheels
         if wheels is not None and wheels.wanted != self._command.wanted:
             self._command.start(self._engine.time - CONTROL_PERIOD, wheels.wanted)
+        if self._last is not None:
+            self._energy.look(self._robots.first)
         if count % _CONTACTS:
             return
         if self.excess is None:
@@ -261,6 +283,13 @@ class MotionWatch:
             self._last_touched, self._last_touched_at = touched, self._engine.time
             if not self.touched:
                 self.touched, self._touched_at = touched, self._engine.time
+        time = self._engine.time
+        if self._collisions.is_touching(model, data):
+            if self._flies_since is not None and time > self._flies_since + FLIGHT:
+                self._landing = self._flies_since, time
+            self._flies_since, self.has_touched = None, True
+        elif self._flies_since is None:
+            self._flies_since = time if self.has_touched else self._begun
 
     def _sample(self) -> None:
         robot = self._robots.first
@@ -275,7 +304,7 @@ class MotionWatch:
         if up < self._least_up:
             self._least_up = up
             if up < UPRIGHT and self.fall is None:
-                self.fall = Fall(time, self.explanation)
+                self.fall = Fall(time, self.explanation, robot.wheels.twist if robot.wheels else STILL)
         wheels = robot.wheels
         if wheels is None:
             return
@@ -283,11 +312,14 @@ class MotionWatch:
             _motion(before, now, self._heading - heading),
             _planar_motion(self._odometry, wheels.axle),
         )
-        self._command.add(time, self._in_base(moved), self._in_base(odometry))
+        rolled = self._rolling.motion(odometry)
+        self._rolled = _moved(self._rolled, rolled)
+        self._command.add(time, *map(self._in_base, (moved, odometry, rolled)))
         if time < self._begun + SETTLING:
-            self._odometry = self._true = wheels.axle
+            self._odometry = self._true = self._rolled = wheels.axle
             self._start_window(time)
             return
+        self._look_at_wheels()
         if self._torques:
             self._look_at_motors(time)
         way, turned = self._move(moved)
@@ -314,6 +346,14 @@ class MotionWatch:
             self._end_window(time, commanded)
             self._window_wanted = wheels.wanted
 
+    def _look_at_wheels(self) -> None:
+        """Count how often each driving wheel touches nothing."""
+        model, data = self._engine.model, self._engine.data
+        touching = set(model.geom_bodyid[data.contact.geom.ravel()].tolist())
+        self._samples += 1
+        for link in self._lifted:
+            self._lifted[link] += self._robots.first.body.index(link) not in touching
+
     def _look_at_motors(self, time: float) -> None:
         """Find a motor that stays at its torque limit without reaching the commanded speed."""
         body = self._robots.first.body
@@ -338,9 +378,7 @@ class MotionWatch:
     def _move(self, moved: Twist) -> tuple[float, float]:
         """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn."""
         forward, left, turn = moved
-        at_x, at_y, yaw = self._true
-        c, s = cos(yaw), sin(yaw)
-        self._true = at_x + c * forward - s * left, at_y + s * forward + c * left, yaw + turn
+        self._true = _moved(self._true, moved)
         way, turned = hypot(forward, left), abs(turn)
         self._way += way
         self._turned += turned
@@ -357,8 +395,10 @@ class MotionWatch:
     def _compare(self, time: float) -> None:
         x, y, yaw = self._true
         odometry_x, odometry_y, odometry_yaw = self._odometry
+        rolled_x, rolled_y, rolled_yaw = self._rolled
         off, turned_off, half = hypot(odometry_x - x, odometry_y - y), odometry_yaw - yaw, self._half
         error = off + half * abs(turned_off)
+        slip = hypot(rolled_x - x, rolled_y - y) + half * abs(rolled_yaw - yaw)
         driven = max(self._way + half * self._turned, self._odometry_way + half * self._odometry_turned)
         if error > self._least and error > OFF * driven:
             known = self.odometry_error
@@ -372,6 +412,8 @@ class MotionWatch:
                 self._odometry_way,
                 self._odometry_turned,
                 error / driven,
+                error,
+                slip,
             )
 
     def _start_window(self, time: float, wanted: Twist = STILL) -> None:
@@ -387,7 +429,7 @@ class MotionWatch:
             # what it touched earlier does not hold it now
             held_by = self._last_touched if self._last_touched_at >= self._window else ""
             touched_at = self._touched_at if held_by == self.touched else self._last_touched_at
-            explanation = Explanation(held_by, touched_at, self._disturbances.last)
+            explanation = Explanation(held_by, touched_at, self._disturbances.last, self.flight)
             allowed = self._window_allowed / commanded
             self.standstill = Standstill(self._window, explanation, share, allowed, turns)
         self._start_window(time)
@@ -411,7 +453,31 @@ class MotionWatch:
     @property
     def explanation(self) -> Explanation:
         """What has acted on the robot from outside so far."""
-        return Explanation(self.touched, self._touched_at, self._disturbances.last)
+        return Explanation(self.touched, self._touched_at, self._disturbances.last, self.flight)
+
+    @property
+    def flight(self) -> float | None:
+        """Since when in s the robot touches nothing, or touched nothing before it landed shortly before."""
+        time = self._engine.time
+        if self._flies_since is not None:
+            return self._flies_since if time > self._flies_since + FLIGHT else None
+        return self._landing[0] if time <= self._landing[1] + LANDING else None
+
+    @property
+    def begun(self) -> float:
+        """When the watch began in s: at the start, or when the robot was last placed."""
+        return self._begun
+
+    @property
+    def lifted(self) -> tuple[str, float]:
+        """The driving wheel that touches the ground least, and the share of the time in which it does not."""
+        link = max(self._lifted, key=self._lifted.__getitem__, default="")
+        return link, self._lifted[link] / self._samples if link and self._samples else 0.0
+
+    @property
+    def jump(self) -> Jump | None:
+        """The first jump in velocity that no force explains, or None."""
+        return self._energy.jump
 
 
 def _torque_limits(robot: SimulatedRobot) -> dict[str, float]:
@@ -421,6 +487,14 @@ def _torque_limits(robot: SimulatedRobot) -> dict[str, float]:
     own = robot.settings.torque or inf
     limits = {joint: min(robot.robot.joints[joint].effort_limit, own) for joint in robot.drive.joints}
     return {joint: most for joint, most in limits.items() if most < inf}
+
+
+def _driving_links(robot: SimulatedRobot) -> tuple[str, ...]:
+    """The links of the driving wheels of a base that these alone push. Of four wheels, one may hang."""
+    drive = robot.drive
+    if not isinstance(drive, DifferentialDrive) or isinstance(drive, HolonomicDrive) or len(drive.joints) > 2:
+        return ()
+    return tuple(drive.wheels[name].link for name in drive.joints)
 
 
 Place = tuple[float, float, float, float, float, float, float]
@@ -441,6 +515,13 @@ def _motion(before: Place, now: Place, spun: float) -> Twist:
     turn = 2.0 * atan2(up, real)
     turn += 2.0 * pi * round((spun - turn) / (2.0 * pi))  # a fast robot makes several turns
     return forward, left, turn
+
+
+def _moved(pose: Twist, motion: Twist) -> Twist:
+    """A pose x, y, yaw after a motion in its own frame."""
+    (x, y, yaw), (forward, left, turn) = pose, motion
+    c, s = cos(yaw), sin(yaw)
+    return x + c * forward - s * left, y + s * forward + c * left, yaw + turn
 
 
 def _planar_motion(before: Twist, now: Twist) -> Twist:

@@ -120,6 +120,12 @@ class RobotBody:
         return q[at], q[at + 1], q[at + 2], q[at + 3], q[at + 4], q[at + 5], q[at + 6]
 
     @property
+    def root_velocity(self) -> tuple[float, float, float]:
+        """Velocity of the root's origin in m/s, in world axes. Not for a robot that is fixed."""
+        v, at = self._qvel, self._root_dof
+        return v[at], v[at + 1], v[at + 2]
+
+    @property
     def heading(self) -> float:
         """Heading of the root in rad. It counts full turns."""
         return self._yaw() + 2.0 * math.pi * self._turns

@@ -18,7 +18,6 @@ from kbot.model import RobotModel
 from kbot.sim import recipe
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
-from kbot.sim.divergence import ELSEWHERE
 from kbot.sim.drawings import Drawings
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.assembly import Assembly
@@ -35,10 +34,11 @@ from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
 from kbot.sim.snapshots import Snapshot, Snapshots
+from kbot.sim.start_findings import starts_inside, without_ground
 from kbot.sim.stepping import Stepping
 from kbot.sim.topics import joint_state
 from kbot.sim.wheel_odometry import Motion
-from kbot.text import Diagnostic, DiagnosticCollector, KbotError
+from kbot.text import Diagnostic, KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.world import World, load_world
 
@@ -118,11 +118,13 @@ class Simulation:
         if free is not None:
             self.start, inside = PlanarPose(*free), ""
             prepared, assembly = at(self.start)
+        off_ground = without_ground(place, name, prepared, assembly)
         warnings = (
             *place.diagnostics,
             *prepared.findings,
             *assembly.diagnostics,
-            *_starts_inside(place, name, overlapped, free),
+            *starts_inside(place, name, overlapped, free),
+            *filter(None, [off_ground]),
         )
         # topics are listed, and timers of one time run, in order of creation: the first robot's come first
         self.engine = Engine(assembly)
@@ -135,7 +137,7 @@ class Simulation:
             self.engine, self.robots, self.commands, self.disturbances, self.journal, warnings
         )
         self._watch = MotionWatch(self.engine, self.robots, self.disturbances)
-        self._findings = MotionFindings(self._watch, self.engine, self._first, contacts)
+        self._findings = MotionFindings(self._watch, self.engine, self._first, contacts, off_ground)
         self.stepping = Stepping(
             self.engine, self.clock, self.commands, self.robots, self.disturbances, self._watch, inside
         )
@@ -381,18 +383,3 @@ def _contacts(contacts: str | Contacts) -> Contacts:
     except ValueError:
         hint = did_you_mean(str(contacts), list(Contacts)) or f"choose from {', '.join(Contacts)}"
         raise KbotError(f"unknown contacts '{contacts}': {hint}") from None
-
-
-def _starts_inside(
-    world: World, robot: str, inside: str, moved: tuple[float, float] | None
-) -> tuple[Diagnostic, ...]:
-    findings = DiagnosticCollector()
-    if inside:
-        where = "at the start" if moved is None else f"at 0, 0. It starts at {moved[0]:.2f}, {moved[1]:.2f} m"
-        findings.warning(
-            "W111",
-            f"robot '{robot}' overlaps '{inside}' of the world {where}",
-            next((body.origin for body in world.bodies if body.name == inside), None),
-            ELSEWHERE,
-        )
-    return tuple(findings.diagnostics)

@@ -40,6 +40,8 @@ def height_field_triangles(field: HeightField) -> tuple[NDArray[np.float64], NDA
 
 Heights = NDArray[np.float64]
 
+_GAP = 0.02
+"""Metres around a point within which a surface counts: a wheel rolls over a narrower gap between tiles."""
 STEP = 0.012
 """Highest edge in m that counts as drivable."""
 STEEPEST = math.radians(30.0)
@@ -77,6 +79,41 @@ def impassable(heights: Heights, resolution: float) -> NDArray[np.bool_]:
         low |= edge
         high |= edge
     return blocked
+
+
+def surfaces_at(
+    world: World, x: float, y: float, *, solid: bool = True
+) -> Iterator[tuple[Body, Part, float]]:
+    """The parts at a point, within `_GAP`, each with its body and the height in m of its upper surface.
+
+    Without `solid`, these are the parts that are only drawn. Walls that are planes are left out.
+    """
+    around_x = x + np.array([[-_GAP, 0.0, _GAP]])
+    around_y = y + np.array([[-_GAP], [0.0], [_GAP]])
+    for body in world.bodies:
+        for part in body.parts:
+            pose = body.pose @ part.pose
+            if part.solid is not solid or (isinstance(part.shape, Plane) and not _is_gentle(pose)):
+                continue
+            heights = _surface(part, pose, around_x, around_y)
+            if not np.isnan(heights).all():
+                yield body, part, float(np.nanmax(heights))
+
+
+def middle_of_ground(world: World, highest: float) -> Iterator[tuple[Body, float, float]]:
+    """The parts to drive on whose upper surface is at most at a height in m: the body, and x and y in m of
+    the part's middle."""
+    for body in world.bodies:
+        for part in body.parts:
+            pose = body.pose @ part.pose
+            is_ground = part.ground or isinstance(part.shape, HeightField)
+            if (
+                part.solid
+                and is_ground
+                and not isinstance(part.shape, Plane)
+                and top(part.shape, pose) <= highest
+            ):
+                yield body, float(pose.translation[0]), float(pose.translation[1])
 
 
 def walls_of_planes(world: World, grid: OccupancyGrid, height: float) -> NDArray[np.bool_]:

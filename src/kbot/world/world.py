@@ -115,7 +115,7 @@ class Body:
 class World:
     """A world. Each of its bodies comes after its parent. Gravity is in m/s^2.
 
-    `diagnostics` are the findings from reading it.
+    `diagnostics` are the findings from reading it. `origin` is its place in a file, if it is from one.
     """
 
     name: str
@@ -124,3 +124,4 @@ class World:
     diagnostics: tuple[Diagnostic, ...] = ()
     loops: tuple[Loop, ...] = ()
     georeference: Georeference | None = None
+    origin: Origin | None = None

@@ -378,6 +378,7 @@ def _serve(
         program = Script(script)
     with page.bound() as address, run_outputs(record, peers, served=True) as outputs:
         with loading(world):
+            from kbot.sim.start_findings import START_CODES
             from kbot.workbench.serve import serve_session
             from kbot.workbench.session.driven_session import driven_session
             from kbot.workbench.source.description_file import DescriptionFile
@@ -398,7 +399,7 @@ def _serve(
                         # the page refuses goals until the edited robot fits
                         print_note(f"the policy does not fit the robot: {error}")
                 outputs.join(simulation, "", world)
-                report(d for d in simulation.diagnostics if d.code == "W111")
+                report(d for d in simulation.diagnostics if d.code in START_CODES)
                 report(simulation.driver_findings)
 
             session: Session | None = None

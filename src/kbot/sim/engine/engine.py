@@ -19,12 +19,15 @@ class Engine:
     def __init__(self, assembly: Assembly) -> None:
         self.timestep = assembly.timestep
         self.steps = 0
+        self.moves = 0
+        """How often something was moved, added or removed by other means than a step."""
         self.failure: DescriptionError | None = None
         """Why the last step failed. None while the run continues."""
         self.use(assembly)
 
     def use(self, assembly: Assembly) -> None:
         """Replace the assembly. Indices into the previous model become invalid."""
+        self.moves += 1
         self.assembly = assembly
         self.model = assembly.model
         self.data = assembly.data
@@ -49,6 +52,7 @@ class Engine:
 
     def mark_moved(self) -> None:
         """Call this after something was moved by other means than a step."""
+        self.moves += 1
         self.is_fresh = False
 
     @property

@@ -41,11 +41,16 @@ def lowest_point(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int
     None if none of them can. The engine's frames must be up to date.
     """
     heights = [
-        float(data.geom_xpos[geom][2]) - _reach_down(model, data, geom)
+        bottom(model, data, geom)
         for geom in geoms
         if model.geom_contype[geom] or model.geom_conaffinity[geom]
     ]
     return min(heights, default=None)
+
+
+def bottom(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> float:
+    """Height in m of the lowest point of a geometry. The engine's frames must be up to date."""
+    return float(data.geom_xpos[geom][2]) - _reach_down(model, data, geom)
 
 
 def ground_height(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) -> float:

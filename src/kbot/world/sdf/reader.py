@@ -109,7 +109,14 @@ class _Reader:
         falling = (pull[0], pull[1], pull[2]) if pull else (0.0, 0.0, -GRAVITY)
         name = element.attributes.get("name", "world")
         place = georeference(element, self.values)
-        return World(name, tuple(built.bodies), falling, loops=tuple(built.loops), georeference=place)
+        return World(
+            name,
+            tuple(built.bodies),
+            falling,
+            loops=tuple(built.loops),
+            georeference=place,
+            origin=element.origin,
+        )
 
     def _not_sdf(self, root: Element) -> tuple[Diagnostic, ...]:
         self.findings.error(

@@ -119,7 +119,6 @@ class RobotRun:
             stand_ins.publish_maps(bus)
             outputs.join(simulation, "", world.name)
             if simulation.steps == 0 and simulation.start == start:
-                self._terminal.report(d for d in simulation.diagnostics if d.code == "W111")
                 self._terminal.report(spawn_all(simulation, stage, self._package_path))
             mount_on_others(simulation)
             notes = stand_ins.pass_topics_on(simulation)

@@ -23,19 +23,34 @@ _WORLD = "world"
 
 def spawn_all(simulation: Simulation, stage: Stage, package_path: Sequence[str]) -> tuple[Diagnostic, ...]:
     """Spawn all models, and all robots except the first, which is already in the simulation. The first robot
-    gets the joint positions, the height and the attitude of its spawner. Return the warnings about models.
+    gets the joint positions, the height and the attitude of its spawner. Return the warnings about the start
+    poses, at the lines of the spawners, and about models.
 
     Raises:
         DescriptionError, KbotError: a robot or model cannot be used, or another object is in its place.
     """
+    from kbot.sim.start_findings import START_CODES  # imported lazily, because it loads the engine
+
     first, *others = stage.robots
+    starts = [_at_spawner(d, first) for d in simulation.diagnostics if d.code in START_CODES]
     _place(simulation, first.spawn)
     for robot in others:
+        before = len(simulation.diagnostics)
         _spawn_robot(simulation, robot, package_path)
+        starts += [_at_spawner(d, robot) for d in simulation.diagnostics[before:] if d.code in START_CODES]
     robots_only = len(simulation.diagnostics)
     for model in stage.models:
         _spawn_model(simulation, model)
-    return simulation.diagnostics[robots_only:]
+    if stage.models:  # one of them may be the ground
+        starts = [d for d in starts if d.code != "W115"]
+    return (*starts, *simulation.diagnostics[robots_only:])
+
+
+def _at_spawner(finding: Diagnostic, spawned: SpawnedRobot) -> Diagnostic:
+    """A finding about a start pose. If it has no line of the world, it gets that of the spawner."""
+    if finding.origin is not None:
+        return finding
+    return replace(finding, origin=spawned.origin, hint="change the x and y with which it is spawned")
 
 
 def as_spawned(robot: RobotModel, spawned: SpawnedRobot) -> RobotModel:

@@ -1,0 +1,112 @@
+"""Forces on a robot: how much its tyres can push, how much its other parts drag, and when it tips over."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from math import hypot, inf
+
+import mujoco
+import numpy as np
+
+from kbot.kinematics.bodies import center_of_mass
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive
+from kbot.kinematics.drive.wheels import links_on_ground
+from kbot.kinematics.frames import FrameTree
+from kbot.kinematics.planar import convex_hull, twice_area
+from kbot.kinematics.spatial import GRAVITY
+from kbot.model import Capsule, Cylinder, Sphere
+from kbot.sim.engine.geometry import own_geometries
+from kbot.sim.robot import SimulatedRobot
+
+_MEAN = 0.1
+"""Seconds over which contact forces are averaged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grip:
+    """The friction of a robot's contacts with the ground, as accelerations of its mass in m/s^2.
+
+    push    the most that all driving tyres can exert
+    drag    what all other parts exert against the motion; in a turn multiplied by their lever, as a share of
+            the lever of the tyres
+    parts   the links that drag, the strongest first
+    """
+
+    push: float
+    drag: float
+    parts: tuple[str, ...]
+
+    def missing(self, needed: float) -> float:
+        """The share of an acceleration (m/s^2) that the tyres cannot give the robot: 0 to 1."""
+        return min(1.0, max(0.0, 1.0 - (self.push - self.drag) / needed))
+
+
+def grip(
+    model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, in_turn: bool
+) -> Grip:
+    """The friction of a robot's contacts now, as the mean of the next `_MEAN` seconds: wheels that slip hop."""
+    drive = robot.drive
+    tyres: Collection[str] = drive.tyres if isinstance(drive, DifferentialDrive) else ()
+    mass = float(model.body_subtreemass[robot.body.index(robot.robot.root)])
+    mine = set(own_geometries(model, robot.name).tolist())
+    middle, half = robot.body.link_pose(robot.base).translation, inf
+    if isinstance(drive, DifferentialDrive):
+        middle = (robot.body.link_pose(drive.base) @ drive.axle_in_base).translation
+        half = drive.separation / 2.0
+    steps = max(1, round(_MEAN / model.opt.timestep))
+    trial, force = mujoco.MjData(model), np.zeros(6)
+    mujoco.mj_copyData(trial, model, data)
+    push, drags = 0.0, dict[str, float]()
+    for _ in range(steps):
+        mujoco.mj_step(model, trial)
+        for index, contact in enumerate(trial.contact):
+            first, second = contact.geom.tolist()
+            if (first in mine) is (second in mine) or contact.dim == 1:
+                continue
+            mujoco.mj_contactForce(model, trial, index, force)
+            body = int(model.geom_bodyid[first if first in mine else second])
+            link = str(model.body(body).name).partition("/")[2]
+            friction = float(contact.friction[0]) * float(force[0]) / mass / steps
+            if link in tyres:
+                push += friction
+            else:
+                lever = hypot(*(contact.pos - middle)[:2].tolist()) / half if in_turn else 1.0
+                drags[link] = drags.get(link, 0.0) + friction * lever
+    if isinstance(drive, HolonomicDrive) and not drive.treads:
+        push = inf  # its servo pushes the base itself
+    parts = sorted((link for link in drags if drags[link] > 0.0), key=lambda link: -drags[link])
+    return Grip(push, sum(drags.values()), tuple(parts))
+
+
+def tipping_acceleration(robot: SimulatedRobot) -> float:
+    """The least acceleration in m/s^2 at which a robot on level ground begins to tip: g x (distance of the
+    centre of mass to the nearest edge of its support) / (its height), as in D115. Negative if the centre is
+    not above the support, infinite if the support is unknown."""
+    drive = robot.drive
+    if not isinstance(drive, DifferentialDrive):
+        return inf
+    tree = FrameTree(robot.robot)
+    centre = center_of_mass(tree, drive.base)
+    carriers = links_on_ground(tree, drive.base)
+    # a plate or a mesh has other contact points than its middle
+    if (
+        centre is None
+        or not carriers
+        or not all(isinstance(c.shape, Cylinder | Sphere | Capsule) for c in carriers)
+    ):
+        return inf
+    points = [(float(c.center[0]), float(c.center[1])) for c in carriers]
+    points += [(float(w.center[0]), float(w.center[1])) for w in drive.wheels.values()]
+    hull = convex_hull([(round(x, 9), round(y, 9)) for x, y in points], tolerance=1e-12)
+    height = float(centre[2]) - min(carrier.bottom for carrier in carriers)
+    if height <= 0.0:
+        return inf
+    if len(hull) < 3:
+        return 0.0  # two wheels alone balance
+    at = float(centre[0]), float(centre[1])
+    margin = min(
+        twice_area(a, b, at) / hypot(b[0] - a[0], b[1] - a[1])
+        for a, b in zip(hull, [*hull[1:], hull[0]], strict=True)
+    )
+    return GRAVITY * margin / height
