@@ -51,6 +51,8 @@ _SLOPE = radians(3.0)
 _LEAST_TURN, _MOST_TURN = 0.2, 1.1
 """The least and the most that a base with several axles turns, as a share of what its wheels indicate: as in
 the batteries (SLIPPING_TURN)."""
+_UNLOADED = 0.25
+"""Share of the mean load of the driving wheels below which one of two hardly drives."""
 _IN_TURN = 0.1
 """Turn in rad from which a motion is one with turns."""
 _DEEP = 0.005
@@ -442,13 +444,15 @@ class MotionFindings:
         """Sizes, sides and axes explain what is left without the slip. Slip has another cause."""
         if seen.slip <= (1.0 - _MOST) * seen.total:
             return self._drive_fault(self._size_codes(seen)) or self._faults(("D111",)) or _unknown()
-        share = seen.share * seen.slip / seen.total
+        share, in_turn = seen.share * seen.slip / seen.total, seen.odometry_rotation > _IN_TURN
+        if in_turn and abs(seen.heading_error) * seen.distance >= _MOST * seen.position_error:
+            share = abs(seen.heading_error) / seen.odometry_rotation  # the position follows from the heading
         return (
             _from_outside(seen.explanation)
             or self._attached()
             or self._slipping_tracks(seen)
             or self._skids(seen)
-            or self._why_slips(share, in_turn=seen.odometry_rotation > _IN_TURN)
+            or self._why_slips(share, in_turn=in_turn)
         )
 
     def _size_codes(self, seen: OdometryError) -> tuple[str, ...]:
@@ -483,33 +487,34 @@ class MotionFindings:
     def _why_slips(self, share: float, *, in_turn: bool) -> _Cause:
         """Why the wheels slip by a share of what they drive: they push too little, or something drags.
 
-        The forces of now give the acceleration that the tyres can cause, and it is compared with the one that
-        the drive's controller asks for. A wheel that is in the air rolls for nothing in this share of the
-        time.
+        The forces of now give the acceleration that the tyres can cause, which is compared with the one that
+        the drive's controller asks for, and how much they creep.
         """
         least = _MOST * share
-        if not self._engine.has_failed:
-            model, data = self._engine.current()
-            needed, uphill = self._acceleration(), GRAVITY * sin(self._slope)
-            now = grip(model, data, self._robot, in_turn=in_turn)
-            if now.parts and now.missing(needed) >= least and now.drag >= _MOST * now.push:
-                return self._dragging_part(now.parts[0])
-            if now.missing(needed) >= least and (found := self._slippery_wheel() or self._faults(_UNLOADS)):
-                return found
-            if now.missing(needed) < least <= now.missing(needed + uphill):
-                return self._on_slope()
-        wheel, lifted = self._watch.lifted
-        if wheel and lifted >= least and (found := self._faults(_UNLOADS)):
-            return found
-        if found := self._askew_wheel(least) or self._loose_suspension(least):
-            return found
-        if wheel and lifted >= least:
-            text = f"the wheel '{wheel}' does not touch the ground for {_percent(lifted)} of the time"
-            return _Cause(text, is_fault=False)
         what = "the wheels slip" if self._has_motors else "something holds it"
-        return _unknown(
+        unknown = _unknown(
             f"{what}, and the cause is not known", "check the load on the wheels and their friction"
         )
+        if self._engine.has_failed:
+            return unknown
+        now = grip(*self._engine.current(), self._robot, in_turn=in_turn)
+        needed, uphill = self._acceleration(), GRAVITY * sin(self._slope)
+        if now.parts and (now.creep >= least or (now.missing(needed) >= least and now.drag >= now.push * _MOST)):
+            return self._dragging_part(now.parts[0])
+        idle = min(now.loads, key=now.loads.__getitem__, default="")
+        # of two wheels, each drives one side of the robot
+        is_idle = bool(idle) and len(now.loads) <= 2 and now.loads[idle] < _UNLOADED
+        if is_idle or now.missing(needed) >= least:
+            found = self._faults(_UNLOADS) if is_idle else self._slippery_wheel() or self._faults(_UNLOADS)
+            if found is not None:
+                return found
+        if now.missing(needed) < least <= now.missing(needed + uphill):
+            return self._on_slope()
+        found = self._askew_wheel(least) or self._loose_suspension(least)
+        if found is None and is_idle:
+            text = f"the wheel '{idle}' bears {_percent(now.loads[idle])} of the mean load of the driving wheels"
+            return _Cause(text, is_fault=False)
+        return found or unknown
 
     def _acceleration(self) -> float:
         """The acceleration in m/s^2 that the drive's controller asks for at most."""

@@ -9,7 +9,7 @@ from math import acos, atan2, cos, hypot, inf, pi, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
+from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.transform import Transform
 from kbot.sim.collisions import Collisions
 from kbot.sim.command_watch import CommandWatch, Miss
@@ -206,7 +206,6 @@ class MotionWatch:
         self._weak_since: dict[str, float] = {}
         self.fall: Fall | None = None
         self._energy = EnergyWatch(self._engine, self._disturbances)
-        self._samples, self._lifted = 0, dict.fromkeys(_driving_links(robot), 0)
         self.has_touched = False
         self._flies_since: float | None = None
         self._landing = (0.0, -inf)
@@ -319,7 +318,6 @@ class MotionWatch:
             self._odometry = self._true = self._rolled = wheels.axle
             self._start_window(time)
             return
-        self._look_at_wheels()
         if self._torques:
             self._look_at_motors(time)
         way, turned = self._move(moved)
@@ -345,14 +343,6 @@ class MotionWatch:
         if time - self._window > least_time and commanded > STUCK_WAY:
             self._end_window(time, commanded)
             self._window_wanted = wheels.wanted
-
-    def _look_at_wheels(self) -> None:
-        """Count how often each driving wheel touches nothing."""
-        model, data = self._engine.model, self._engine.data
-        touching = set(model.geom_bodyid[data.contact.geom.ravel()].tolist())
-        self._samples += 1
-        for link in self._lifted:
-            self._lifted[link] += self._robots.first.body.index(link) not in touching
 
     def _look_at_motors(self, time: float) -> None:
         """Find a motor that stays at its torque limit without reaching the commanded speed."""
@@ -469,12 +459,6 @@ class MotionWatch:
         return self._begun
 
     @property
-    def lifted(self) -> tuple[str, float]:
-        """The driving wheel that touches the ground least, and the share of the time in which it does not."""
-        link = max(self._lifted, key=self._lifted.__getitem__, default="")
-        return link, self._lifted[link] / self._samples if link and self._samples else 0.0
-
-    @property
     def jump(self) -> Jump | None:
         """The first jump in velocity that no force explains, or None."""
         return self._energy.jump
@@ -487,14 +471,6 @@ def _torque_limits(robot: SimulatedRobot) -> dict[str, float]:
     own = robot.settings.torque or inf
     limits = {joint: min(robot.robot.joints[joint].effort_limit, own) for joint in robot.drive.joints}
     return {joint: most for joint, most in limits.items() if most < inf}
-
-
-def _driving_links(robot: SimulatedRobot) -> tuple[str, ...]:
-    """The links of the driving wheels of a base that these alone push. Of four wheels, one may hang."""
-    drive = robot.drive
-    if not isinstance(drive, DifferentialDrive) or isinstance(drive, HolonomicDrive) or len(drive.joints) > 2:
-        return ()
-    return tuple(drive.wheels[name].link for name in drive.joints)
 
 
 Place = tuple[float, float, float, float, float, float, float]
