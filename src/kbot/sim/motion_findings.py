@@ -37,7 +37,7 @@ from kbot.sim.motion_watch import (
 )
 from kbot.sim.recipe import FRICTION, LINEAR_ACCELERATION, Contacts
 from kbot.sim.robot import SimulatedRobot
-from kbot.sim.statics import grip, tipping_acceleration
+from kbot.sim.statics import grip, tipping
 from kbot.text import Diagnostic, Origin, Related, Severity
 
 _SAME = 0.01
@@ -272,8 +272,8 @@ class MotionFindings:
             return None
         what = (
             f"between {seen.since:.2f} s and {seen.until:.2f} s the velocity of the robot changes by "
-            f"{seen.change:.3g} m/s, which gravity, contacts and motors do not explain: this is an error of the "
-            "physics engine, and the robot is not at fault"
+            f"{seen.change:.3g} m/s, which gravity, contacts and motors do not explain: this is an error of"
+            " the physics engine, and the robot is not at fault"
         )
         hint = (
             "do not use the results after this time, and report the files and the command to KBot's authors"
@@ -445,8 +445,8 @@ class MotionFindings:
         if seen.slip <= (1.0 - _MOST) * seen.total:
             return self._drive_fault(self._size_codes(seen)) or self._faults(("D111",)) or _unknown()
         share, in_turn = seen.share * seen.slip / seen.total, seen.odometry_rotation > _IN_TURN
-        if in_turn and abs(seen.heading_error) * seen.distance >= _MOST * seen.position_error:
-            share = abs(seen.heading_error) / seen.odometry_rotation  # the position follows from the heading
+        if in_turn and self._follows_from_heading(seen):
+            share = abs(seen.heading_error) / seen.odometry_rotation
         return (
             _from_outside(seen.explanation)
             or self._attached()
@@ -454,6 +454,12 @@ class MotionFindings:
             or self._skids(seen)
             or self._why_slips(share, in_turn=in_turn)
         )
+
+    @staticmethod
+    def _follows_from_heading(seen: OdometryError) -> bool:
+        """Whether the wrong heading explains the wrong position: it grows with the way, to half of its
+        product with the whole way."""
+        return abs(seen.heading_error) * seen.distance / 2.0 >= _MOST * seen.position_error
 
     def _size_codes(self, seen: OdometryError) -> tuple[str, ...]:
         """The codes of faults that explain wrong odometry without slip, the one with the largest effect
@@ -499,7 +505,9 @@ class MotionFindings:
             return unknown
         now = grip(*self._engine.current(), self._robot, in_turn=in_turn)
         needed, uphill = self._acceleration(), GRAVITY * sin(self._slope)
-        if now.parts and (now.creep >= least or (now.missing(needed) >= least and now.drag >= now.push * _MOST)):
+        if now.parts and (
+            now.creep >= least or (now.missing(needed) >= least and now.drag >= now.push * _MOST)
+        ):
             return self._dragging_part(now.parts[0])
         idle = min(now.loads, key=now.loads.__getitem__, default="")
         # of two wheels, each drives one side of the robot
@@ -512,7 +520,9 @@ class MotionFindings:
             return self._on_slope()
         found = self._askew_wheel(least) or self._loose_suspension(least)
         if found is None and is_idle:
-            text = f"the wheel '{idle}' bears {_percent(now.loads[idle])} of the mean load of the driving wheels"
+            text = (
+                f"the wheel '{idle}' bears {_percent(now.loads[idle])} of the mean load of the driving wheels"
+            )
             return _Cause(text, is_fault=False)
         return found or unknown
 
@@ -572,7 +582,7 @@ class MotionFindings:
         return self._why_slips(abs(seen.rolled - seen.share), in_turn=seen.is_turn)
 
     def _rolls_aside(self, seen: Miss) -> bool:
-        """Whether the direction of the wheels explains the way: they cover the cosine of their angle of it."""
+        """Whether the direction of the wheels explains the way: the cosine of its angle is the share."""
         drive = self._robot.drive
         if not isinstance(drive, DifferentialDrive) or seen.is_turn:
             return False
@@ -693,20 +703,19 @@ class MotionFindings:
     def _why_fallen(self, twist: Twist) -> _Cause:
         """What tipped the robot: its start, its curve or the slope takes more than the acceleration at which
         it tips. A load that begins suddenly tips it with half of that."""
-        tips, slope = tipping_acceleration(self._robot), GRAVITY * sin(self._slope)
-        start, curve = self._acceleration() + slope, abs(twist[0] * twist[2])
-        if tips <= _SUDDEN * max(start, curve):
-            found = self._faults(_TIPS)
-            if found is not None:
-                return found
-            source, taken = ("the curve", curve) if curve > start else ("the start and the slope", start)
-            text = f"it tips over at {max(tips, 0.0):.2g} m/s^2, and {source} take{'s' * (curve > start)} "
-            text += f"up to {taken:.2g} m/s^2"
-            return _Cause(text, self._heaviest, "lower the heavy parts, or the speed and acceleration")
-        speeds = _joined(f"{hypot(*twist[:2]):.3g} m/s", f"{abs(twist[2]):.3g} rad/s")
+        (tips, off), slope = tipping(self._robot), GRAVITY * sin(self._slope)
+        start, turn = self._acceleration() + slope, abs(twist[0] * twist[2]) + twist[2] * twist[2] * off
+        if tips <= _SUDDEN * start:
+            text = f"it tips over at {max(tips, 0.0):.2g} m/s^2, and starts with up to {start:.2g} m/s^2"
+            return self._faults(_TIPS) or _Cause(
+                text, self._heaviest, "lower the heavy parts, or start slowly"
+            )
+        if tips <= _SUDDEN * turn:
+            text = f"it tips over at {tips:.2g} m/s^2, and its turn at {abs(twist[2]):.3g} rad/s takes {turn:.2g}"
+            return _Cause(f"{text} m/s^2", None, "turn more slowly")
         return self._heavy_wheel(tips) or _unknown(
-            f"the cause is not known; the robot tips over at {tips:.2g} m/s^2, and was commanded to move at"
-            f" {speeds}"
+            f"the cause is not known; it was commanded to drive at {hypot(*twist[:2]):.3g} m/s and to turn at"
+            f" {abs(twist[2]):.3g} rad/s"
         )
 
     @property
@@ -787,7 +796,8 @@ class MotionFindings:
         most = max(ahead) - min(ahead) + seen.distance * error + drive.separation / 2.0 * error
         if most < _MOST * seen.slip:
             return None
-        is_heading = drive.separation / 2.0 * abs(seen.heading_error) >= _MOST * seen.total
+        off = drive.separation / 2.0 * abs(seen.heading_error)
+        is_heading = off >= _MOST * seen.total or self._follows_from_heading(seen)
         return self._skid(turned / seen.rotation if is_heading else 1.0)
 
     def _skid(self, factor: float) -> _Cause:
@@ -872,7 +882,8 @@ class MotionFindings:
         half = self._robot.drive.separation / 2.0 if isinstance(self._robot.drive, DifferentialDrive) else 0.0
         is_turn = half * abs(yaw) > hypot(x, y)
         unit, speed = ("rad/s", abs(yaw)) if is_turn else ("m/s", hypot(x, y))
-        fastest = wheels.fastest[2 if is_turn else 0] if wheels is not None else inf
+        axis = 2 if is_turn else int(abs(y) > abs(x))
+        fastest = wheels.fastest[axis] if wheels is not None else inf
         text = f"the limits of the drive allow only {_percent(seen.allowed)} of the commanded speed"
         if fastest < speed:
             limit, origin = self._speed_limit_of(fastest, is_turn=is_turn)

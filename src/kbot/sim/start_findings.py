@@ -64,7 +64,7 @@ def without_ground(world: World, robot: str, prepared: Prepared, assembly: Assem
         return None  # W304: no link has a <collision>
     lowest = min(bottoms.values())
     points = [data.geom_xpos[geom, :2].tolist() for geom, z in bottoms.items() if z < lowest + _CARRIES]
-    below = [[each for each in surfaces_at(world, x, y) if _reaches(each, lowest + STEP)] for x, y in points]
+    below = [_below(world, x, y, lowest) for x, y in points]
     if all(below):
         return _too_high_or_low(robot, [_nearest(found, lowest) for found in below], lowest)
     x, y, _ = prepared.plan.pose.translation.tolist()
@@ -92,6 +92,18 @@ def without_ground(world: World, robot: str, prepared: Prepared, assembly: Assem
 
 
 _Surface = tuple[Body, Part, float]
+
+
+def _below(world: World, x: float, y: float, height: float) -> list[_Surface]:
+    """The surfaces that may carry a wheel at a point: the first one just below its lowest point, or else all
+    of parts that reach below it."""
+    found = []
+    for surface in surfaces_at(world, x, y):
+        if -_DROP <= surface[2] - height <= STEP:
+            return [surface]
+        if _reaches(surface, height + STEP):
+            found.append(surface)
+    return found
 
 
 def _reaches(surface: _Surface, height: float) -> bool:

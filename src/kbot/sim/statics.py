@@ -53,9 +53,7 @@ class Grip:
         return min(1.0, max(0.0, 1.0 - (self.push - self.drag) / needed))
 
 
-def grip(
-    model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, in_turn: bool
-) -> Grip:
+def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, in_turn: bool) -> Grip:
     """The friction of a robot's contacts now, as the mean of the next `_MEAN` seconds: wheels that slip hop."""
     drive = robot.drive
     tyres: Collection[str] = drive.tyres if isinstance(drive, DifferentialDrive) else ()
@@ -94,13 +92,17 @@ def grip(
     return Grip(push, sum(drags.values()), tuple(parts), shares)
 
 
-def tipping_acceleration(robot: SimulatedRobot) -> float:
-    """The least acceleration in m/s^2 at which a robot on level ground begins to tip: g x (distance of the
-    centre of mass to the nearest edge of its support) / (its height), as in D115. Negative if the centre is
-    not above the support, infinite if the support is unknown."""
+def tipping(robot: SimulatedRobot) -> tuple[float, float]:
+    """When a robot on level ground begins to tip, and how far its centre of mass is from its axle's middle.
+
+    The first is the least acceleration in m/s^2: g x (distance of the centre of mass to the nearest edge of
+    its support) / (its height), as in D115. It is negative if the centre is not above the support, and
+    infinite if the support is unknown. The second is a distance in m along the ground: in a turn of w rad/s
+    the centre is accelerated by w^2 times as much.
+    """
     drive = robot.drive
     if not isinstance(drive, DifferentialDrive):
-        return inf
+        return inf, 0.0
     tree = FrameTree(robot.robot)
     centre = center_of_mass(tree, drive.base)
     carriers = links_on_ground(tree, drive.base)
@@ -110,18 +112,19 @@ def tipping_acceleration(robot: SimulatedRobot) -> float:
         or not carriers
         or not all(isinstance(c.shape, Cylinder | Sphere | Capsule) for c in carriers)
     ):
-        return inf
+        return inf, 0.0
     points = [(float(c.center[0]), float(c.center[1])) for c in carriers]
     points += [(float(w.center[0]), float(w.center[1])) for w in drive.wheels.values()]
     hull = convex_hull([(round(x, 9), round(y, 9)) for x, y in points], tolerance=1e-12)
+    off = float(np.linalg.norm((centre - drive.axle_in_base.translation)[:2]))
     height = float(centre[2]) - min(carrier.bottom for carrier in carriers)
     if height <= 0.0:
-        return inf
+        return inf, 0.0
     if len(hull) < 3:
-        return 0.0  # two wheels alone balance
+        return 0.0, off  # two wheels alone balance
     at = float(centre[0]), float(centre[1])
     margin = min(
         twice_area(a, b, at) / hypot(b[0] - a[0], b[1] - a[1])
         for a, b in zip(hull, [*hull[1:], hull[0]], strict=True)
     )
-    return GRAVITY * margin / height
+    return GRAVITY * margin / height, off
