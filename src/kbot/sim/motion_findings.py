@@ -505,9 +505,8 @@ class MotionFindings:
             return unknown
         now = grip(*self._engine.current(), self._robot, in_turn=in_turn)
         needed, uphill = self._acceleration(), GRAVITY * sin(self._slope)
-        if now.parts and (
-            now.creep >= least or (now.missing(needed) >= least and now.drag >= now.push * _MOST)
-        ):
+        is_held = now.missing(needed) >= least and now.drag >= _MOST * now.push
+        if now.parts and (now.creep(now.drag) >= least or is_held):
             return self._dragging_part(now.parts[0])
         idle = min(now.loads, key=now.loads.__getitem__, default="")
         # of two wheels, each drives one side of the robot
@@ -516,13 +515,12 @@ class MotionFindings:
             found = self._faults(_UNLOADS) if is_idle else self._slippery_wheel() or self._faults(_UNLOADS)
             if found is not None:
                 return found
-        if now.missing(needed) < least <= now.missing(needed + uphill):
+        if now.missing(needed) < least <= max(now.missing(needed + uphill), now.creep(uphill)):
             return self._on_slope()
         found = self._askew_wheel(least) or self._loose_suspension(least)
         if found is None and is_idle:
-            text = (
-                f"the wheel '{idle}' bears {_percent(now.loads[idle])} of the mean load of the driving wheels"
-            )
+            load = _percent(now.loads[idle])
+            text = f"the wheel '{idle}' bears {load} of the mean load of the driving wheels"
             return _Cause(text, is_fault=False)
         return found or unknown
 
@@ -711,8 +709,8 @@ class MotionFindings:
                 text, self._heaviest, "lower the heavy parts, or start slowly"
             )
         if tips <= _SUDDEN * turn:
-            text = f"it tips over at {tips:.2g} m/s^2, and its turn at {abs(twist[2]):.3g} rad/s takes {turn:.2g}"
-            return _Cause(f"{text} m/s^2", None, "turn more slowly")
+            text = f"it tips over at {tips:.2g} m/s^2, and its turn at {abs(twist[2]):.3g} rad/s takes"
+            return _Cause(f"{text} {turn:.2g} m/s^2", None, "turn more slowly")
         return self._heavy_wheel(tips) or _unknown(
             f"the cause is not known; it was commanded to drive at {hypot(*twist[:2]):.3g} m/s and to turn at"
             f" {abs(twist[2]):.3g} rad/s"

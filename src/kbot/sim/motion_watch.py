@@ -161,7 +161,7 @@ class Weakness:
 
 @dataclass(frozen=True, slots=True)
 class Fall:
-    """The robot lay on its side or back from `since` (s) on. `twist` is what its controller then commanded."""
+    """The robot lay on its side or back from `since` (s) on. `twist` is what its drive then commanded."""
 
     since: float
     explanation: Explanation
@@ -171,9 +171,9 @@ class Fall:
 class MotionWatch:
     """Watches the first robot of a simulation.
 
-    `odometry_error`, `standstill`, `excess`, `weakness`, `fall` and `jump` are what was observed since the last reset or
-    placement of the robot, `touched` is what the robot first touched except the ground. All are None or empty
-    without one.
+    `odometry_error`, `standstill`, `excess`, `weakness`, `fall` and `jump` are what was observed since the
+    last reset or placement of the robot, `touched` is what the robot first touched except the ground. All are
+    None or empty without one.
 
     Only the motion of the axle relative to itself is compared with odometry. So the slope of a ramp, which
     shortens the way on the map, is not an error.

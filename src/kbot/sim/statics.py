@@ -20,9 +20,9 @@ from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.robot import SimulatedRobot
 
 CREEP = 0.2
-"""Slip of tyres that hold, for a drag that is as strong as they are. A cart with a fixed caster of friction
-0.3 and 1, which drags with 0.13 and 0.42 of what the tyres can push, turns 2 and 7 % less. Straight ahead it is
-a third of that."""
+"""Slip of tyres that hold, for a drag that is as strong as they are. As measured, a cart with a fixed caster of
+friction 0.3 and 1, which drags with 0.13 and 0.42 of what the tyres can push, turns 2 and 7 % less. Straight
+ahead it is a third of that."""
 _MEAN = 0.1
 """Seconds over which contact forces are averaged."""
 
@@ -43,10 +43,9 @@ class Grip:
     parts: tuple[str, ...]
     loads: Mapping[str, float]
 
-    @property
-    def creep(self) -> float:
-        """The share by which tyres that hold slip because something drags."""
-        return min(1.0, CREEP * self.drag / self.push) if self.push > 0.0 else 1.0
+    def creep(self, drag: float) -> float:
+        """The share by which tyres that hold slip because something drags (m/s^2)."""
+        return min(1.0, CREEP * drag / self.push) if self.push > 0.0 else 1.0
 
     def missing(self, needed: float) -> float:
         """The share of an acceleration (m/s^2) that the tyres cannot give the robot: 0 to 1."""
@@ -54,7 +53,8 @@ class Grip:
 
 
 def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, in_turn: bool) -> Grip:
-    """The friction of a robot's contacts now, as the mean of the next `_MEAN` seconds: wheels that slip hop."""
+    """The friction of a robot's contacts now: the mean of the next `_MEAN` seconds, because slipping wheels
+    hop."""
     drive = robot.drive
     tyres: Collection[str] = drive.tyres if isinstance(drive, DifferentialDrive) else ()
     mass = float(model.body_subtreemass[robot.body.index(robot.robot.root)])
