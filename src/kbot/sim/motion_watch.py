@@ -449,8 +449,8 @@ class MotionWatch:
     def flight(self) -> float | None:
         """Since when in s the robot touches nothing, or touched nothing before it landed shortly before."""
         time = self._engine.time
-        if self._flies_since is not None:
-            return self._flies_since if time > self._flies_since + FLIGHT else None
+        if self._flies_since is not None and time > self._flies_since + FLIGHT:
+            return self._flies_since
         return self._landing[0] if time <= self._landing[1] + LANDING else None
 
     @property

@@ -20,8 +20,8 @@ from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.robot import SimulatedRobot
 
 CREEP = 0.2
-"""Slip of tyres that hold, for a drag that is as strong as they are. As measured, a cart with a fixed caster of
-friction 0.3 and 1, which drags with 0.13 and 0.42 of what the tyres can push, turns 2 and 7 % less. Straight
+"""Slip of tyres that hold, for a drag that is as strong as they are. As measured, a cart with a fixed caster
+of friction 0.3 and 1, which drags with 0.13 and 0.42 of what the tyres can push, turns 2 and 7 % less. Straight
 ahead it is a third of that."""
 _MEAN = 0.1
 """Seconds over which contact forces are averaged."""
