@@ -528,6 +528,82 @@ def test_a_robot_that_spins_fast_is_not_reported(urdf):
     assert simulation.findings == ()
 
 
+@pytest.mark.parametrize(
+    ("command", "start"),
+    [
+        ((1000.0, 0.0), "the start to 1000 m/s takes 1000 s with KBot's default limit of 1 m/s^2"),
+        ((0.0, 1e6), "the start to 1e+06 rad/s takes 1.25e+05 s with KBot's default limit of 8 rad/s^2"),
+    ],
+)
+@pytest.mark.parametrize("seconds", [6.0, 14.0])
+def test_an_extreme_command_is_the_cause_and_not_a_wheel(urdf, command, start, seconds):
+    """Without a limit of speed the drive accelerates with KBot's default of 1 m/s^2 and 8 rad/s^2. After
+    14 s the robot drives 14 m/s, or spins, bounces and flies."""
+    simulation = driven(urdf(cart()), (*command, seconds))
+    (first, *_) = (found for found in simulation.findings if found.code == "W302")
+    assert first.message.endswith(start)
+    for found in simulation.findings:
+        assert found.code != "W309"
+        assert found.origin is None
+        assert "lower" not in found.hint or found.hint == "command a lower speed, in m/s and rad/s"
+
+
+def test_a_small_fault_is_not_the_cause_of_a_large_error(urdf):
+    """Ice on one wheel, and a separation that is 3 % off: it explains 3 % of the error of a turn."""
+    ice = '<gazebo reference="left"><mu1>0.001</mu1></gazebo>'
+    text = cart(separation=0.309, more=ice)
+    found = driven(urdf(text), (0.0, 2.0, 5.0)).findings[-1]
+    assert found.code == "W301"
+    assert "(D105)" not in found.message
+    assert "coefficient of friction of 'left'" in found.message
+    assert found.origin.span.line == line_of(text, '<link name="left"')
+
+
+def test_several_axles_are_the_cause_and_not_a_separation(urdf):
+    """A wheel separation that is 2 % too small explains 2 % of the heading. The robot is heavy at the front:
+    its front axle holds, the rear axle slides, and the middle of all wheels circles around the front axle,
+    5 cm ahead, which odometry does not know."""
+    axis = '<axis xyz="0 1 0"/>'
+    rear = "".join(
+        link(name, 0.3, f'<cylinder radius="{RADIUS}" length="0.02"/>')
+        + joint(f"{name}_joint", "continuous", name, f"-0.05 {y} 0", axis)
+        for name, y in (("rear_left", TRACK / 2), ("rear_right", -TRACK / 2))
+    )
+    names = "<left_joint>rear_left_joint</left_joint><right_joint>rear_right_joint</right_joint>"
+    text = cart(separation=TRACK * 0.98, mass_x=0.045, caster_z=0.02, more=rear)
+    text = text.replace("</plugin>", f"{names}<num_wheel_pairs>2</num_wheel_pairs></plugin>")
+    found = only(driven(urdf(text), (0.0, 0.5, 8.0)))
+    assert (found.code, found.severity) == ("W301", Severity.INFO)
+    assert "a turn drags the wheels of 2 axles across the ground" in found.message
+    assert "(D105)" not in found.message
+
+
+def test_exchanged_sides_explain_all_of_the_error(urdf):
+    """The robot turns to the other side, so that the heading is off by twice the turn."""
+    text = cart().replace(
+        "<left_joint>left_joint</left_joint><right_joint>right_joint</right_joint>",
+        "\n<left_joint>right_joint</left_joint><right_joint>left_joint</right_joint>",
+    )
+    found = only(driven(urdf(text), (0.0, 1.0, 5.0)))
+    assert "(D107)" in found.message
+    assert found.origin.span.line == line_of(text, "<left_joint>right")
+
+
+def test_an_unknown_cause_is_said_to_be_unknown(urdf):
+    """The engine's wheels are 5 % larger than those of the description, which no rule can know."""
+    simulation = Simulation(urdf(cart()))
+    model = simulation.engine.model
+    for side in ("left", "right"):
+        geoms = model.geom_bodyid == simulation.robots.first.body.index(side)
+        model.geom_size[geoms, 0] *= 1.05
+    simulation.cmd_vel(0.2, 0.0)
+    simulation.run(8.0)
+    found = simulation.findings[-1]
+    assert found.code == "W301"
+    assert found.message.endswith("the wheels slip, and the cause is not known")
+    assert found.origin is None
+
+
 @pytest.mark.parametrize("period", [0.1, 0.2, 0.46, 0.5])
 def test_a_command_that_is_switched_on_and_off_is_not_reported(urdf, period):
     simulation = driven(urdf(cart()), *[(0.2, 0.0, period / 2), (0.0, 0.0, period / 2)] * 40)

@@ -51,8 +51,8 @@ _SLOPE = radians(3.0)
 _LEAST_TURN, _MOST_TURN = 0.2, 1.1
 """The least and the most that a base with several axles turns, as a share of what its wheels indicate: as in
 the batteries (SLIPPING_TURN)."""
-_UNLOADED = 0.25
-"""Share of the mean load of the driving wheels below which one of two hardly drives."""
+_WEAK_PUSH = 0.25
+"""Share of the mean push of the driving wheels below which one of two hardly drives."""
 _IN_TURN = 0.1
 """Turn in rad from which a motion is one with turns."""
 _DEEP = 0.005
@@ -508,19 +508,19 @@ class MotionFindings:
         is_held = now.missing(needed) >= least and now.drag >= _MOST * now.push
         if now.parts and (now.creep(now.drag) >= least or is_held):
             return self._dragging_part(now.parts[0])
-        idle = min(now.loads, key=now.loads.__getitem__, default="")
+        weak = min(now.pushes, key=now.pushes.__getitem__, default="")
         # of two wheels, each drives one side of the robot
-        is_idle = bool(idle) and len(now.loads) <= 2 and now.loads[idle] < _UNLOADED
-        if is_idle or now.missing(needed) >= least:
-            found = self._faults(_UNLOADS) if is_idle else self._slippery_wheel() or self._faults(_UNLOADS)
+        is_weak = bool(weak) and len(now.pushes) <= 2 and now.pushes[weak] < _WEAK_PUSH
+        if is_weak or now.missing(needed) >= least:
+            found = self._slippery_wheel() or self._faults(_UNLOADS)
             if found is not None:
                 return found
         if now.missing(needed) < least <= max(now.missing(needed + uphill), now.creep(uphill)):
             return self._on_slope()
         found = self._askew_wheel(least) or self._loose_suspension(least)
-        if found is None and is_idle:
-            load = _percent(now.loads[idle])
-            text = f"the wheel '{idle}' bears {load} of the mean load of the driving wheels"
+        if found is None and is_weak:
+            pushes = _percent(now.pushes[weak])
+            text = f"the wheel '{weak}' can push with {pushes} of the mean of the driving wheels"
             return _Cause(text, is_fault=False)
         return found or unknown
 
@@ -893,10 +893,8 @@ class MotionFindings:
         most = limits.angular_acceleration if is_turn else limits.linear_acceleration
         controller = drive_controller(declared_drives(robot))
         given = None if controller is None else controller.first(*_ACCELERATION_LIMITS[is_turn])
-        whose = (
-            f"its limit of {most:g} {unit}^2" if given is not None else f"KBot's default of {most:g} {unit}^2"
-        )
-        text = f"the start to {speed:g} {unit} takes {speed / most:.3g} s with {whose}"
+        whose = "KBot's default limit" if given is None else "its limit"
+        text = f"the start to {speed:g} {unit} takes {speed / most:.4g} s with {whose} of {most:.3g} {unit}^2"
         hint = "command a lower speed, in m/s and rad/s"
         return _Cause(text, None if given is None else given.origin, hint)
 

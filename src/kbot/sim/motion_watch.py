@@ -207,8 +207,8 @@ class MotionWatch:
         self.fall: Fall | None = None
         self._energy = EnergyWatch(self._engine, self._disturbances)
         self.has_touched = False
-        self._flies_since: float | None = None
-        self._landing = (0.0, -inf)
+        self._flies_since: tuple[float, float] | None = None
+        self._flight = (0.0, -inf)
         self._fastest = robot.wheels.fastest if robot.wheels is not None else _NO_LIMIT
         self._far_since: float | None = None
         self._far_wanted, self._far_changed = STILL, 0.0
@@ -252,7 +252,7 @@ class MotionWatch:
             self._count = 0
             self._look_at_contacts()
             self._sample()
-        elif self._engine.data.ncon != self._contacts:
+        elif self._engine.data.ncon != self._contacts or self._flies_since is not None:
             self._look_at_contacts()
 
     def _look_at_command(self) -> None:
@@ -283,12 +283,16 @@ class MotionWatch:
             if not self.touched:
                 self.touched, self._touched_at = touched, self._engine.time
         time = self._engine.time
-        if self._collisions.is_touching(model, data):
-            if self._flies_since is not None and time > self._flies_since + FLIGHT:
-                self._landing = self._flies_since, time
+        if self._last is None or self._collisions.is_touching(model, data):
             self._flies_since, self.has_touched = None, True
-        elif self._flies_since is None:
-            self._flies_since = time if self.has_touched else self._begun
+            return
+        rise = self._robots.first.body.root_velocity[2]
+        if self._flies_since is None:
+            self._flies_since = (time if self.has_touched else self._begun), rise
+        since, before = self._flies_since
+        # wheels that hop touch nothing at many looks, but do not fall
+        if time > since + FLIGHT and rise - before < 0.5 * float(model.opt.gravity[2]) * (time - since):
+            self._flight = since, time
 
     def _sample(self) -> None:
         robot = self._robots.first
@@ -448,10 +452,8 @@ class MotionWatch:
     @property
     def flight(self) -> float | None:
         """Since when in s the robot touches nothing, or touched nothing before it landed shortly before."""
-        time = self._engine.time
-        if self._flies_since is not None and time > self._flies_since + FLIGHT:
-            return self._flies_since
-        return self._landing[0] if time <= self._landing[1] + LANDING else None
+        since, until = self._flight
+        return since if self._engine.time <= until + LANDING else None
 
     @property
     def begun(self) -> float:

@@ -20,9 +20,11 @@ from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.robot import SimulatedRobot
 
 CREEP = 0.2
-"""Slip of tyres that hold, for a drag that is as strong as they are. As measured, a cart with a fixed caster
-of friction 0.3 and 1, which drags with 0.13 and 0.42 of what the tyres can push, turns 2 and 7 % less. Straight
-ahead it is a third of that."""
+"""Slip of tyres that hold, for a drag that is as strong as they are.
+
+As measured, a fixed caster of friction 0.3 and 1, which drags with 0.13 and 0.42 of what the tyres can push,
+takes 2 and 7 % from turns. Straight ahead it takes a third of that.
+"""
 _MEAN = 0.1
 """Seconds over which contact forces are averaged."""
 
@@ -35,13 +37,13 @@ class Grip:
     drag    what all other parts exert against the motion; in a turn multiplied by their lever, as a share of
             the lever of the tyres
     parts   the links that drag, the strongest first
-    loads   what each driving tyre bears, as a share of the mean of all of them
+    pushes  the push of each driving tyre, as a share of the mean of all of them
     """
 
     push: float
     drag: float
     parts: tuple[str, ...]
-    loads: Mapping[str, float]
+    pushes: Mapping[str, float]
 
     def creep(self, drag: float) -> float:
         """The share by which tyres that hold slip because something drags (m/s^2)."""
@@ -66,7 +68,7 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
     steps = max(1, round(_MEAN / model.opt.timestep))
     trial, force = mujoco.MjData(model), np.zeros(6)
     mujoco.mj_copyData(trial, model, data)
-    push, drags, loads = 0.0, dict[str, float](), dict.fromkeys(tyres, 0.0)
+    drags, pushes = dict[str, float](), dict.fromkeys(tyres, 0.0)
     for _ in range(steps):
         mujoco.mj_step(model, trial)
         for index, contact in enumerate(trial.contact):
@@ -78,17 +80,16 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
             link = str(model.body(body).name).partition("/")[2]
             # a contact of one dimension has no friction
             friction = float(contact.friction[0]) * float(force[0]) / mass / steps * (contact.dim > 1)
-            if link in loads:
-                push += friction
-                loads[link] += float(force[0])
+            if link in pushes:
+                pushes[link] += friction
             else:
                 lever = hypot(*(contact.pos - middle)[:2].tolist()) / half if in_turn else 1.0
                 drags[link] = drags.get(link, 0.0) + friction * lever
     if isinstance(drive, HolonomicDrive) and not drive.treads:
-        push = inf  # its servo pushes the base itself
+        pushes = {"": inf}  # its servo pushes the base itself
     parts = sorted((link for link in drags if drags[link] > 0.0), key=lambda link: -drags[link])
-    mean = sum(loads.values()) / max(1, len(loads))
-    shares = {link: load / mean if mean else 0.0 for link, load in loads.items()}
+    push = sum(pushes.values())
+    shares = {link: own * len(pushes) / push if 0.0 < push < inf else 1.0 for link, own in pushes.items()}
     return Grip(push, sum(drags.values()), tuple(parts), shares)
 
 
