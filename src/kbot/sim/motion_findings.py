@@ -445,7 +445,7 @@ class MotionFindings:
         if seen.slip <= (1.0 - _MOST) * seen.total:
             return self._drive_fault(self._size_codes(seen)) or self._faults(("D111",)) or _unknown()
         share, in_turn = seen.share * seen.slip / seen.total, seen.odometry_rotation > _IN_TURN
-        if in_turn and self._follows_from_heading(seen):
+        if in_turn and self._is_of_heading(seen, 0.0):
             share = abs(seen.heading_error) / seen.odometry_rotation
         return (
             _from_outside(seen.explanation)
@@ -456,10 +456,12 @@ class MotionFindings:
         )
 
     @staticmethod
-    def _follows_from_heading(seen: OdometryError) -> bool:
-        """Whether the wrong heading explains the wrong position: it grows with the way, to half of its
-        product with the whole way."""
-        return abs(seen.heading_error) * seen.distance / 2.0 >= _MOST * seen.position_error
+    def _is_of_heading(seen: OdometryError, half: float) -> bool:
+        """Whether most of the error is that of the heading, or follows from it: the position is off by half
+        of the product of the heading's error and the way, because the error grows. `half` is half of the
+        distance between left and right wheels in m."""
+        off = abs(seen.heading_error)
+        return half * off >= _MOST * seen.total or off * seen.distance / 2.0 >= _MOST * seen.position_error
 
     def _size_codes(self, seen: OdometryError) -> tuple[str, ...]:
         """The codes of faults that explain wrong odometry without slip, the one with the largest effect
@@ -767,7 +769,9 @@ class MotionFindings:
         drive, controller = self._robot.drive, drive_controller(declared_drives(self._robot.robot))
         if not isinstance(drive, HolonomicDrive) or drive.efficiency == 1.0 or controller is None:
             return None
-        if abs(1.0 - drive.efficiency) * seen.odometry_rotation * drive.separation / 2.0 < _MOST * seen.slip:
+        turned = (1.0 - drive.efficiency) * seen.odometry_rotation
+        is_of_heading = self._is_of_heading(seen, drive.separation / 2.0)
+        if not is_of_heading or abs(turned) < _MOST * abs(seen.heading_error):
             return None
         given = controller.first("steering_efficiency")
         origin = controller.origin if given is None else given.origin
@@ -794,9 +798,8 @@ class MotionFindings:
         most = max(ahead) - min(ahead) + seen.distance * error + drive.separation / 2.0 * error
         if most < _MOST * seen.slip:
             return None
-        off = drive.separation / 2.0 * abs(seen.heading_error)
-        is_heading = off >= _MOST * seen.total or self._follows_from_heading(seen)
-        return self._skid(turned / seen.rotation if is_heading else 1.0)
+        is_of_heading = self._is_of_heading(seen, drive.separation / 2.0)
+        return self._skid(turned / seen.rotation if is_of_heading else 1.0)
 
     def _skid(self, factor: float) -> _Cause:
         """The slip of several axles, with which the wheels turn by `factor` times the turn of the base."""

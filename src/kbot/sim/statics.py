@@ -16,6 +16,7 @@ from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar import convex_hull, twice_area
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import Capsule, Cylinder, Sphere
+from kbot.sim.engine.base_servo import traction
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.robot import SimulatedRobot
 
@@ -62,6 +63,8 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
     mass = float(model.body_subtreemass[robot.body.index(robot.robot.root)])
     mine = set(own_geometries(model, robot.name).tolist())
     middle, half = robot.body.link_pose(robot.base).translation, inf
+    # the wheels of a holonomic base slide freely, and its servo pushes it with their friction
+    of_servo = traction(robot.robot, drive).friction if isinstance(drive, HolonomicDrive) else None
     if isinstance(drive, DifferentialDrive):
         middle = (robot.body.link_pose(drive.base) @ drive.axle_in_base).translation
         half = drive.separation / 2.0
@@ -78,18 +81,17 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
             mujoco.mj_contactForce(model, trial, index, force)
             body = int(model.geom_bodyid[first if first in mine else second])
             link = str(model.body(body).name).partition("/")[2]
+            load = float(force[0]) / mass / steps
             # a contact of one dimension has no friction
-            friction = float(contact.friction[0]) * float(force[0]) / mass / steps * (contact.dim > 1)
+            friction = float(contact.friction[0]) * load if contact.dim > 1 else 0.0
             if link in pushes:
-                pushes[link] += friction
+                pushes[link] += friction if of_servo is None else of_servo * load
             else:
                 lever = hypot(*(contact.pos - middle)[:2].tolist()) / half if in_turn else 1.0
                 drags[link] = drags.get(link, 0.0) + friction * lever
-    if isinstance(drive, HolonomicDrive) and not drive.treads:
-        pushes = {"": inf}  # its servo pushes the base itself
     parts = sorted((link for link in drags if drags[link] > 0.0), key=lambda link: -drags[link])
     push = sum(pushes.values())
-    shares = {link: own * len(pushes) / push if 0.0 < push < inf else 1.0 for link, own in pushes.items()}
+    shares = {link: own * len(pushes) / push if push else 1.0 for link, own in pushes.items()}
     return Grip(push, sum(drags.values()), tuple(parts), shares)
 
 

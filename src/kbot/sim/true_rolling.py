@@ -33,7 +33,8 @@ class TrueRolling:
             self._turn = self._forward * drive.wheelbase / (settings.wheelbase or drive.wheelbase)
         elif isinstance(drive, HolonomicDrive):
             self._forward = settings.radius / drive.radius
-            self._turn = self._forward * drive.separation / settings.separation
+            # the settings of tracks contain their slip, which odometry does not know
+            self._turn = self._forward * drive.separation / (settings.separation * drive.efficiency)
         else:
             self._sides = _sides(drive)
 
