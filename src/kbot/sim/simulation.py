@@ -236,11 +236,13 @@ class Simulation:
 
     @property
     def findings(self) -> tuple[Diagnostic, ...]:
-        """How the run of the first robot differs from its commands and odometry, with the likely cause.
+        """How the run of the first robot differs from its commands and odometry, with the cause if one is
+        known that explains the size of the difference.
 
         W301: odometry is wrong. W302: the robot hardly moves though it is commanded. W303: it fell over.
         W304: it is below the floor. W305: its command is far above what the drive allows. A reset or another
-        placement of the robot clears them. W308: its policy is faster than the robot.
+        placement of the robot clears them. W308: its policy is faster than the robot. W309: the physics
+        engine made an error.
         """
         return (*self._findings.find(), *self.driver_findings)
 
