@@ -9,6 +9,8 @@ from kbot.cli.main import run
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim import Simulation
 from kbot.sim.injected_faults import BlockedJoint, Kick, Slip
+from kbot.sim.statics import grip, tipping
+from kbot.sim.true_rolling import TrueRolling
 from kbot.text import Severity
 
 RADIUS, TRACK = 0.05, 0.3
@@ -576,6 +578,47 @@ def test_several_axles_are_the_cause_and_not_a_separation(urdf):
     assert (found.code, found.severity) == ("W301", Severity.INFO)
     assert "a turn drags the wheels of 2 axles across the ground" in found.message
     assert "(D105)" not in found.message
+
+
+@pytest.mark.parametrize(
+    ("setup", "edit", "odometry", "true"),
+    [
+        ({}, ("", ""), (0.3, 0.0, 0.0), (0.3, 0.0, 0.0)),
+        ({"separation": 0.27}, ("", ""), (0.0, 0.0, 1.0), (0.0, 0.0, 0.9)),
+        ({"diameter": 0.08}, ("", ""), (0.8, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        ({"diameter": 0.08}, ("", ""), (0.0, 0.0, 0.8), (0.0, 0.0, 1.0)),
+        ({}, ('xyz="0 1 0"', 'xyz="0 -1 0"'), (0.5, 0.0, 0.0), (-0.5, 0.0, 0.0)),
+    ],
+)
+def test_the_true_sizes_and_axes_give_the_motion_without_slip(urdf, setup, edit, odometry, true):
+    """b' / b of the turn, r / r' of everything, and the other direction if a positive speed drives
+    backwards."""
+    robot = Simulation(urdf(cart(**setup).replace(*edit))).robots.first
+    forward, left, turn = TrueRolling(robot).motion(odometry)
+    assert (forward, left, turn) == pytest.approx(true, abs=1e-9)
+
+
+def test_the_acceleration_that_tips_follows_from_the_supports(urdf):
+    """The centre of mass is (0.6 x 0.05 - 0.1 x 0.13) / 5.7 = 3 mm ahead of the base, 47 mm behind the axle,
+    and 0.1 x 0.03 / 5.7 = 0.5 mm below it, 49.5 mm above the ground: 9.81 x 47.0 / 49.5 = 9.32 m/s^2."""
+    tips, off = tipping(Simulation(urdf(cart())).robots.first)
+    assert (tips, off) == pytest.approx((9.32, 0.0470), rel=2e-3)
+
+
+def test_the_friction_of_contacts_is_what_tyres_push_and_parts_drag(urdf):
+    """All of the weight is on tyres and caster with a coefficient of friction of 1: together 9.81 m/s^2. The
+    caster, 0.18 m behind the axle, bears 0.047 / 0.18 of it."""
+    robot = urdf(cart(more='<gazebo reference="base_link"><mu1>1</mu1></gazebo>'))
+    simulation = Simulation(robot, contacts="as-written")
+    simulation.run(2.0)
+    now = grip(*simulation.engine.current(), simulation.robots.first, in_turn=False)
+    assert now.push + now.drag == pytest.approx(9.81, rel=0.01)
+    assert now.drag == pytest.approx(9.81 * 0.047 / 0.18, rel=0.02)
+    assert now.parts == ("caster",)
+    assert now.missing(1.0) == 0.0
+    assert now.missing(10.0) == pytest.approx(1.0 - (now.push - now.drag) / 10.0)
+    in_turn = grip(*simulation.engine.current(), simulation.robots.first, in_turn=True)
+    assert in_turn.drag == pytest.approx(now.drag * 0.18 / (TRACK / 2), rel=0.02)
 
 
 def test_exchanged_sides_explain_all_of_the_error(urdf):
