@@ -35,7 +35,7 @@ from kbot.sim.motion_watch import (
     Standstill,
     Weakness,
 )
-from kbot.sim.recipe import FRICTION, LINEAR_ACCELERATION, Contacts
+from kbot.sim.recipe import FRICTION, LINEAR_ACCELERATION
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.statics import grip, tipping
 from kbot.text import Diagnostic, Origin, Related, Severity
@@ -128,13 +128,11 @@ class MotionFindings:
         watch: MotionWatch,
         engine: Engine,
         robot: SimulatedRobot,
-        contacts: Contacts,
         off_ground: Diagnostic | None,
     ) -> None:
         """`off_ground` is the finding about a start without ground below it."""
         self._off_ground = off_ground
         self._watch, self._engine, self._robot = watch, engine, robot
-        self._contacts = contacts
         self._causes: dict[str, _Cause] = {}
         self._sunk: Diagnostic | None = None
         self._lost_since: float | None = None

@@ -137,7 +137,7 @@ class Simulation:
             self.engine, self.robots, self.commands, self.disturbances, self.journal, warnings
         )
         self._watch = MotionWatch(self.engine, self.robots, self.disturbances)
-        self._findings = MotionFindings(self._watch, self.engine, self._first, contacts, off_ground)
+        self._findings = MotionFindings(self._watch, self.engine, self._first, off_ground)
         self.stepping = Stepping(
             self.engine, self.clock, self.commands, self.robots, self.disturbances, self._watch, inside
         )
