@@ -24,11 +24,11 @@ class Avoider:
 
     def decide(self, scan: LaserScan) -> tuple[float, float]:
         """The speed in m/s and the turning speed in rad/s for a scan."""
-        if min(scan.sector(-30, 30)) > CLEARANCE:  # degrees; 0 is straight ahead, left is positive
+        if min(scan.sector(-0.5, 0.5)) > CLEARANCE:  # rad; 0 is straight ahead, left is positive
             self._turn = 0.0
             return SPEED, 0.0
         if self._turn == 0.0:
-            self._turn = 1.0 if room(scan.sector(20, 80)) > room(scan.sector(-80, -20)) else -1.0
+            self._turn = 1.0 if room(scan.sector(0.35, 1.4)) > room(scan.sector(-1.4, -0.35)) else -1.0
         return 0.0, self._turn
 
 

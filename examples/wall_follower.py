@@ -34,4 +34,4 @@ def drive(sim: Simulation) -> None:
     while sim.time < 70.0:
         sim.run(0.05)
         sim.cmd_vel(*follow(lidar.latest))
-        sim.plot("wall", min(lidar.latest.sector(-20, 150)))
+        sim.plot("wall", min(lidar.latest.sector(radians(-20), radians(150))))

@@ -176,7 +176,7 @@ def test_a_script_that_runs_for_0_steps_is_reported(capsys, tmp_path, monkeypatc
     monkeypatch.setattr(still_time, "PATIENCE_SECONDS", 1.0)
     (tmp_path / "drive.py").write_text(
         "import time\ndef drive(sim):\n    end = time.monotonic() + 2.5\n"
-        "    while time.monotonic() < end:\n        sim.run(0.0005)\n    sim.run(1)\n"
+        "    while time.monotonic() < end:\n        sim.run(0.0)\n    sim.run(1)\n"
     )
     status, _, err = simulate(capsys, "kbot", "--headless", "--script", "drive.py")
     assert status == 0
@@ -192,6 +192,7 @@ def test_a_script_that_runs_for_0_steps_is_reported(capsys, tmp_path, monkeypatc
         ("def drive(sim:\n", "not valid Python"),
         ("def drive(sim):\n    sim.cmd_vel(0.1, 0)\n    1 / 0\n", ":3: ZeroDivisionError"),
         ("def drive(sim):\n    sim.run(-1)\n", "time to run"),
+        ("def drive(sim):\n    while True: sim.run(0.001)\n", "rounds to no step"),
     ],
 )
 def test_an_unusable_script_exits_with_2(capsys, tmp_path, text, message):

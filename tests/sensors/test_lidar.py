@@ -69,7 +69,7 @@ def test_a_program_avoids_walls_by_a_sector_of_the_scan(robot):
     simulation.run(0.1)
     nearest = []
     for _ in range(400):
-        ahead = min(lidar.latest.sector(-30, 30))
+        ahead = min(lidar.latest.sector(-0.5, 0.5))
         nearest.append(ahead)
         if ahead > 0.4:
             simulation.cmd_vel(0.2, 0.0)

@@ -28,6 +28,36 @@ def test_times_poses_and_positions_must_be_numbers(sim):
         sim.models.set_pose(0.0, "there", 0.0)
 
 
+@pytest.mark.parametrize(
+    ("timestep", "seconds", "steps"),
+    [
+        (0.002, 0.0, 0),
+        (0.002, 1e-12, 0),  # a rounding error, as of `end - sim.time`
+        (0.002, 0.0005, None),
+        (0.002, 0.001, None),  # half a step
+        (0.002, 0.0011, 1),
+        (0.002, 1 / 60, 8),  # 8.3 steps
+        (0.002, 0.05, 25),
+        (0.001, 0.001, 1),
+        (0.0005, 0.001, 2),
+        (0.02, 0.005, None),
+    ],
+)
+def test_a_run_makes_the_nearest_number_of_steps_and_never_silently_none(
+    kbot_robot, timestep, seconds, steps
+):
+    sim = Simulation(kbot_robot, timestep=timestep)
+    if steps is None:
+        with pytest.raises(
+            KbotError, match=rf"{seconds:g} s, rounds to no step: the time step is {timestep:g} s"
+        ):
+            sim.run(seconds)
+        assert sim.steps == 0
+    else:
+        sim.run(seconds)
+        assert sim.steps == steps
+
+
 @pytest.mark.parametrize("seed", ["a", 1.5, -1, None, True])
 def test_seed_must_be_a_whole_number(kbot_robot, seed):
     with pytest.raises(KbotError, match="seed must be a whole number"):

@@ -95,7 +95,7 @@ def test_a_program_that_computes_is_reported_and_a_new_page_still_gets_the_scene
 
 
 def test_a_program_that_runs_for_0_steps_is_reported(tmp_path: Path) -> None:
-    path = script(tmp_path, "def drive(sim):\n    sim.run(0.1)\n    while True:\n        sim.run(0.0004)\n")
+    path = script(tmp_path, "def drive(sim):\n    sim.run(0.1)\n    while True:\n        sim.step(0)\n")
     with scripted(path) as run, watching(run.url) as page:
         until(lambda: "still for 2 s" in page.newest.get("program", {}).get("note", ""))
         assert page.newest["program"]["note"] == (

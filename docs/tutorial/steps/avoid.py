@@ -8,7 +8,7 @@ def drive(sim: Simulation) -> None:
     lidar = sim.add_sensor(Lidar(link="base_link", rate=20))
     while sim.time < 30.0:
         sim.run(0.05)
-        ahead = min(lidar.latest.sector(-30, 30))  # m; 0 degrees is straight ahead
+        ahead = min(lidar.latest.sector(-0.5, 0.5))  # m; within 0.5 rad of straight ahead
         sim.plot("ahead", ahead)
         if ahead > 0.4:
             sim.cmd_vel(0.3, 0.0)

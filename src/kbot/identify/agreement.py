@@ -139,4 +139,5 @@ class _Wheels:
             linear = (left + right) / 2.0 * self._settings.radius
             turning = (right - left) * self._settings.radius / self._settings.separation
             self._simulation.cmd_vel(linear, turning)
-            self._simulation.run(seconds / steps)
+            # fast logs have intervals below a time step: what they lack is behind in the next one
+            self._simulation.step(round(seconds / steps / self._simulation.timestep))

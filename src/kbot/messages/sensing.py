@@ -18,8 +18,9 @@ Covariance = tuple[float, float, float, float, float, float, float, float, float
 UNKNOWN_COVARIANCE: Covariance = (0.0,) * 9
 
 
-_SAME_ANGLE = 1e-3
-"""Degrees by which two angles may differ and count as equal. Messages have the angles as 32-bit numbers."""
+_TURN = 2.0 * math.pi
+_SAME_ANGLE = 2e-5
+"""rad by which two angles may differ and count as equal. Messages have the angles as 32-bit numbers."""
 
 
 def _empty() -> NDArray[np.float32]:
@@ -42,31 +43,38 @@ class LaserScan:
     intensities: NDArray[np.float32] = field(default_factory=_empty)
 
     def sector(self, start: float, end: float) -> NDArray[np.float32]:
-        """The ranges (n,) in m of the beams from `start` to `end` in degrees, counter-clockwise.
+        """The ranges (n,) in m of the beams from `start` to `end` in rad, counter-clockwise.
 
-        Angles are in the frame of the sensor (REP 103): 0 is straight ahead, 90 is left, -90 is right. A
-        sector may cross the rear: `sector(150, -150)` is 60 degrees wide. Both ends are included.
+        Angles are in the frame of the sensor (REP 103): 0 is straight ahead, pi/2 is left, -pi/2 is right. A
+        sector may cross the rear: `sector(2.6, -2.6)` is 1.08 rad wide. Both ends are included.
 
         A value is +inf if nothing was measured: no return, NaN, or a value outside the limits of the sensor.
-        It is -inf if an object is closer than `range_min`. `min(scan.sector(-30, 30))` is the distance to the
-        nearest object ahead, or +inf if there is none.
+        It is -inf if an object is closer than `range_min`. `min(scan.sector(-0.5, 0.5))` is the distance to
+        the nearest object ahead, or +inf if there is none.
 
         Raises:
-            KbotError: an angle is not finite, or the sensor has no beam in the sector.
+            KbotError: an angle is not finite or is beyond a full turn, as one in degrees is, or the sensor
+                has no beam in the sector.
         """
         if not (math.isfinite(start) and math.isfinite(end)):
-            raise KbotError(f"a sector needs two finite angles in degrees, not {start} and {end}")
-        angles = np.degrees(self.angle_min + self.angle_increment * np.arange(len(self.ranges)))
-        width = 360.0 if abs(end - start) >= 360.0 else (end - start) % 360.0
-        degrees_after_start = np.round((angles - start + _SAME_ANGLE) % 360.0 - _SAME_ANGLE, 3)
-        chosen = np.flatnonzero(degrees_after_start <= width + _SAME_ANGLE)
-        if not len(chosen):
-            first, last = sorted((math.degrees(self.angle_min), math.degrees(self.angle_max)))
+            raise KbotError(f"a sector needs two finite angles in rad, not {start} and {end}")
+        if max(abs(start), abs(end)) > _TURN + _SAME_ANGLE:
             raise KbotError(
-                f"the scan has no beam from {start:g} to {end:g} degrees: it has {len(self.ranges)} beams "
-                f"from {first:g} to {last:g} degrees"
+                f"a sector needs two angles in rad from -2 pi to 2 pi, not {start:g} and {end:g}. Convert "
+                f"angles in degrees: sector(math.radians({start:g}), math.radians({end:g}))"
             )
-        ranges = self.ranges[chosen[np.argsort(degrees_after_start[chosen], kind="stable")]]
+        angles = self.angle_min + self.angle_increment * np.arange(len(self.ranges))
+        width = _TURN if abs(end - start) >= _TURN - _SAME_ANGLE else (end - start) % _TURN
+        # rounded, so that the two beams to the rear of a full turn, -pi and pi, keep the scan's order
+        after_start = np.round((angles - start + _SAME_ANGLE) % _TURN - _SAME_ANGLE, 5)
+        chosen = np.flatnonzero(after_start <= width + _SAME_ANGLE)
+        if not len(chosen):
+            first, last = sorted((self.angle_min, self.angle_max))
+            raise KbotError(
+                f"the scan has no beam from {start:.4g} to {end:.4g} rad: it has {len(self.ranges)} beams "
+                f"from {first:.4g} to {last:.4g} rad"
+            )
+        ranges = self.ranges[chosen[np.argsort(after_start[chosen], kind="stable")]]
         low, high = np.float32(self.range_min), np.float32(self.range_max)  # rounded like the ranges
         is_valid = np.isneginf(ranges) | ((ranges >= low) & (ranges <= high))
         return np.where(is_valid, ranges, np.float32(np.inf))

@@ -26,7 +26,7 @@ def run_in_real_time(simulation: Simulation, seconds: float | None) -> None:
 def _run(simulation: Simulation, seconds: float | None) -> None:
     steps = max(1, round(PERIOD / simulation.timestep))
     period = steps * simulation.timestep
-    left = None if seconds is None else round(seconds / simulation.timestep)
+    left = None if seconds is None else simulation.stepping.steps_in(seconds)
     due = time.monotonic()
     while left is None or left > 0:
         simulation.run_errands()

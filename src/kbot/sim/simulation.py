@@ -164,10 +164,13 @@ class Simulation:
         self.stepping.step(n)
 
     def run(self, seconds: float) -> None:
-        """Advance by a time, rounded to whole steps.
+        """Advance by a time, rounded to the nearest whole number of time steps.
+
+        Each call is rounded on its own: with a time step of 2 ms, 60 calls of `run(1 / 60)` take 60 times 8
+        steps, 0.96 s. `run(end - sim.time)` does not add up such errors.
 
         Raises:
-            KbotError: the time is negative or not finite.
+            KbotError: the time is negative or not finite, or it is above 0 and rounds to no step.
             SimulationDiverged: as for `step`.
         """
         self.stepping.run(seconds)

@@ -36,6 +36,9 @@ class Pace(Protocol):
 
 _MOST_STEPS = 10**14
 """The longest time, `LONGEST`, at the smallest time step of 1e-5 s."""
+_ROUNDING = 1e-6
+"""The share of a time step up to which a time is 0. `sim.run(5.0 - sim.time)` must work if the difference is
+only a rounding error. In a run of a day, that is at most 1.5e-11 s."""
 
 
 class Stepping:
@@ -120,14 +123,29 @@ class Stepping:
         """Advance by a time, rounded to whole steps.
 
         Raises:
-            KbotError: the time is negative or not finite.
+            KbotError: as for `steps_in`.
             SimulationDiverged: as for `step`.
+        """
+        self.step(self.steps_in(seconds))
+
+    def steps_in(self, seconds: float) -> int:
+        """The number of steps nearest to a time.
+
+        Raises:
+            KbotError: the time is negative or not finite, or it is above 0 and rounds to no step.
         """
         if not (is_within(seconds, LONGEST) and seconds >= 0.0):
             raise KbotError(
                 f"the time to run must be from 0 to {LONGEST:g} seconds, not {reprlib.repr(seconds)}"
             )
-        self.step(round(seconds / self._engine.timestep))
+        timestep = self._engine.timestep
+        steps = round(seconds / timestep)
+        if steps == 0 and seconds > _ROUNDING * timestep:
+            raise KbotError(
+                f"the time to run, {seconds:g} s, rounds to no step: the time step is {timestep:g} s. Run for"
+                f" at least {timestep:g} s, or create the simulation with a smaller timestep"
+            )
+        return steps
 
     def jump(self, steps: int) -> None:
         """Continue as if `steps` steps had been made."""

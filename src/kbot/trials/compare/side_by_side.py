@@ -37,11 +37,16 @@ class SideBySide:
         """Give both robots the commands of the scenario."""
         for step in self._scenario.steps:
             if isinstance(step.action, Command):
-                self.simulation.run(max(0.0, step.at - self.simulation.time))
+                self._advance_to(step.at)
                 command = step.action
                 for robot in (self.simulation.robots.first, self._second):
                     robot.cmd_vel(command.linear, command.angular, command.lateral)
-        self.simulation.run(max(0.0, self._scenario.duration - self.simulation.time))
+        self._advance_to(self._scenario.duration)
+
+    def _advance_to(self, seconds: float) -> None:
+        """Advance to the step nearest to a time, unless it is in the past."""
+        simulation = self.simulation
+        simulation.step(max(0, round(seconds / simulation.timestep) - simulation.steps))
 
 
 def choose_scenario(scenarios: Sequence[Scenario], comparison: Comparison) -> Scenario:
