@@ -9,12 +9,16 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import kbot
-from kbot.messages import Odometry, Twist, Vector3
+from kbot.messages import JointState, Odometry, PoseWithCovariance, Twist, Vector3
+from kbot.messages.sensing import Image, LaserScan
 from kbot.record.run_outputs import RunOutputs
 from kbot.ros.client import wanted_transport
 from kbot.ros.peer_options import PeerOptions
@@ -105,6 +109,50 @@ def test_node_has_topics_timers_parameters_and_arguments(
     assert ticks >= 8
     assert printed["sim_time"] is (transport != "ros2")
     assert running.simulation.odometry.pose.x >= 0.3
+
+
+def test_every_transport_takes_the_values_of_numpy_and_refuses_others(
+    environment: dict[str, str], live: tuple[str, Kbot]
+) -> None:
+    transport, running = live
+    any_values: Any = {
+        "scan": (LaserScan, {"angle_min": np.float64(-0.5), "ranges": np.array([0.5, np.inf])}),
+        "image": (Image, {"height": np.int64(1), "data": np.arange(6, dtype=np.uint8)}),
+        "joints": (JointState, {"name": ["a"], "position": np.array([0.25], np.float32)}),
+        "go": (Twist, {"linear": wrong(Vector3, x=np.float32(0.5))}),
+        "estimate": (Odometry, {"pose": wrong(PoseWithCovariance, covariance=np.full(36, 0.5))}),
+    }
+    received: dict[str, Any] = {}
+    for topic, (kind, _) in any_values.items():
+        running.simulation.bus.subscribe(f"/sent/{topic}", kind, partial(received.__setitem__, topic))
+    with kbot.Node("n", (), transport) as node:
+
+        def have_arrived() -> bool:
+            for topic, (kind, values) in any_values.items():
+                node.publish(f"/sent/{topic}", kind(**values))
+            node.step()
+            return received.keys() == any_values.keys()
+
+        until(have_arrived)
+        for topic, message, field in (
+            ("go", wrong(Twist, linear=wrong(Vector3, x="fast")), "Twist.linear.x must be a number"),
+            ("image", Image(height=-1), "Image.height must be from 0"),
+            ("scan", wrong(LaserScan, ranges=np.zeros((2, 2))), "LaserScan.ranges must have one dimension"),
+            ("estimate", wrong(Odometry, pose=PoseWithCovariance(covariance=())), "covariance must have 36"),
+        ):
+            with pytest.raises(KbotError, match=field):
+                node.publish(f"/sent/{topic}", message)
+    assert received["scan"].ranges.tolist() == [0.5, np.inf]
+    assert (received["scan"].angle_min, received["image"].height) == (-0.5, 1)
+    assert received["image"].data == bytes(range(6))
+    assert (received["joints"].name, received["joints"].position) == (("a",), (0.25,))
+    assert received["go"] == Twist(Vector3(0.5))
+    assert received["estimate"].pose.covariance == (0.5,) * 36
+
+
+def wrong(kind: Any, **values: Any) -> Any:
+    """A message of this kind whose values need not have the types of its fields."""
+    return kind(**values)
 
 
 def test_name_and_namespace_from_the_command_line(

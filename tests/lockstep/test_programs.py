@@ -109,6 +109,24 @@ def test_all_transports_and_stamped_commands_give_the_same_run(write: Write) -> 
     assert len(states) == 1
 
 
+def test_commands_with_values_of_numpy_give_the_same_run(write: Write, transport: str) -> None:
+    """0.25 and 0.5 are exact in all of numpy's types."""
+    text = """
+        import numpy as np
+        node = kbot.Node("n")
+        node.publish("cmd_vel", Twist(Vector3({speed}), Vector3(0.0, 0.0, {turn})))
+        node.spin()
+        """
+    states = set()
+    for speed, turn in (("0.25", "0.5"), ("np.float32(0.25)", "np.array(0.5)")):
+        file = write(text.format(speed=speed, turn=turn))
+        with running(Program(file, transport=transport)) as simulation:
+            simulation.run(0.3)
+            states.add(simulation.state_sha256())
+            assert simulation.odometry.pose.x > 0.02
+    assert len(states) == 1
+
+
 def test_no_message_is_lost_and_callbacks_run_in_order(write: Write, transport: str, tmp_path: Path) -> None:
     """Odometry and joint states have 50 Hz, so 0.5 s have 25 of each. Time comes first, then the topic."""
     file = write(f"""

@@ -90,9 +90,7 @@ def test_a_sector_without_a_beam_is_an_error() -> None:
         FULL, angle_min=math.radians(-90), angle_max=math.radians(90), ranges=np.ones(19, dtype=np.float32)
     )
     assert len(angles(ahead, -90, 90)) == 19
-    with pytest.raises(
-        KbotError, match=r"no beam from 2 to 3 rad: it has 19 beams from -1\.571 to 1\.57"
-    ):
+    with pytest.raises(KbotError, match=r"no beam from 2 to 3 rad: it has 19 beams from -1\.571 to 1\.57"):
         ahead.sector(2, 3)
     with pytest.raises(KbotError, match=r"no beam from 0\.05 to 0\.08 rad"):
         FULL.sector(0.05, 0.08)

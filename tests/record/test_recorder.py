@@ -209,9 +209,7 @@ def test_command_that_cannot_be_recorded_is_refused_to_its_sender(tmp_path: Path
     sim = Simulation(kbot.load("kbot"))
     with Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), str(tmp_path / "run.bag")) as recorder:
         sim.run(0.1)
-        with pytest.raises(
-            KbotError, match="/cmd_vel: a message cannot be recorded: not a geometry_msgs/msg"
-        ):
+        with pytest.raises(KbotError, match=r"Twist\.linear\.y must be a number, not str 'far'"):
             sim.bus.publish("/cmd_vel", Twist(Vector3(0.1, "far")))  # type: ignore[arg-type]
         sim.run(0.1)
     assert recorder.failure is None
@@ -222,8 +220,8 @@ def test_invalid_message_is_refused_and_the_others_are_recorded(tmp_path: Path) 
     talk = sim.bus.advertise("/talk", String)
     path = str(tmp_path / "run.mcap")
     recorder = Recorder(sim, Feed(sim.bus, lambda: sim.clock.nanoseconds), path, topics=["/talk"])
-    for text in ("before", 5, "after"):
-        talk.publish(String(text))  # type: ignore[arg-type] - what a program may do
+    for text in ("before", "\ud800", "after"):  # half of a character
+        talk.publish(String(text))
     with pytest.raises(KbotError, match="/talk: a message cannot be recorded: not a std_msgs/msg/String"):
         recorder.close()
     texts = [entry.message().data for entry in Recording(path).entries() if entry.topic == "/talk"]

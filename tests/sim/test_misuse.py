@@ -48,9 +48,7 @@ def test_a_run_makes_the_nearest_number_of_steps_and_never_silently_none(
 ):
     sim = Simulation(kbot_robot, timestep=timestep)
     if steps is None:
-        with pytest.raises(
-            KbotError, match=rf"{seconds:g} s, rounds to no step: the time step is {timestep:g} s"
-        ):
+        with pytest.raises(KbotError, match=rf"{seconds:g} s, rounds to no step: .* is {timestep:g} s"):
             sim.run(seconds)
         assert sim.steps == 0
     else:

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from kbot.messages.control import Duration, JointTrajectory, JointTrajectoryPoint
 from kbot.messages.navigation import GoalID, PoseStamped
-from kbot.messages.types import Header, Int32
+from kbot.messages.types import Header, Int32, UInt8
 
 HEADER, NO_TIME, NO_ID = Header(), Duration(), GoalID()
 TRAJECTORY, POINT = JointTrajectory(), JointTrajectoryPoint()
@@ -19,7 +19,7 @@ class GoalStatus:
     """`status` is one of the numbers below, which a server can publish. `text` is the reason."""
 
     goal_id: GoalID = NO_ID
-    status: int = 0
+    status: UInt8 = 0
     text: str = ""
 
     ACTIVE: ClassVar[int] = 1

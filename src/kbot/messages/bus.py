@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
+from kbot.messages.checked import checked
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
@@ -78,10 +79,17 @@ class Publisher(Generic[M]):
     def publish(self, message: M) -> None:
         """Pass a message to every subscriber, in the order in which they subscribed.
 
+        Scalars and arrays of numpy in its fields are converted.
+
         Raises:
-            KbotError: the message is not of the topic's type.
+            KbotError: the message is not of the topic's type, or a field has the wrong type or shape, or is
+                out of range. The error names the field.
         """
         _publish(self._topic, message)
+
+    def publish_plain(self, message: M) -> None:
+        """As `publish`, for KBot's own frequent messages: their fields are plain and are not checked."""
+        _deliver(self._topic, message)
 
 
 def _publish(topic: _Topic, message: object) -> None:
@@ -89,6 +97,10 @@ def _publish(topic: _Topic, message: object) -> None:
         raise KbotError(
             f"topic {topic.name} carries {topic.message_type.__name__}, not {type(message).__name__}"
         )
+    _deliver(topic, checked(message))
+
+
+def _deliver(topic: _Topic, message: object) -> None:
     if topic.muted:
         return
     if topic.latched:
@@ -177,7 +189,11 @@ class Bus:
         self.subscribe(topic, message_type, callback)
 
     def publish(self, topic: str, message: object) -> None:
-        """Publish once, without a publisher of the caller. A new topic keeps a publisher and so exists."""
+        """Publish once, without a publisher of the caller. A new topic keeps a publisher and so exists.
+
+        Raises:
+            KbotError: as for `Publisher.publish`.
+        """
         entry = self._topic(topic, type(message))
         if not entry.exists:
             Publisher(self, entry)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kbot.messages.sensing import MultiArrayLayout
-from kbot.messages.types import Header
+from kbot.messages.types import Header, Int32, UInt32
 
 HEADER, LAYOUT = Header(), MultiArrayLayout()
 
@@ -14,8 +14,8 @@ HEADER, LAYOUT = Header(), MultiArrayLayout()
 class Duration:
     """`sec + nanosec * 1e-9` seconds. `nanosec` is from 0 to 999999999, also if `sec` is negative."""
 
-    sec: int = 0
-    nanosec: int = 0
+    sec: Int32 = 0
+    nanosec: UInt32 = 0
 
     @classmethod
     def from_seconds(cls, seconds: float) -> Duration:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kbot.messages.types import Time
+from kbot.messages.types import Time, UInt8, UInt32
 
 INFO, ERROR = 20, 40
 """Levels of a log entry."""
@@ -16,9 +16,9 @@ class Log:
     """An entry: `msg` is the text, `name` the program that wrote it, `file` and `line` its place or empty."""
 
     stamp: Time = START
-    level: int = INFO
+    level: UInt8 = INFO
     name: str = ""
     msg: str = ""
     file: str = ""
     function: str = ""
-    line: int = 0
+    line: UInt32 = 0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.messages.types import Header, Int32, Pose, PoseWithCovariance, Time, UInt32
+from kbot.messages.types import Float32, Header, Int32, Pose, PoseWithCovariance, Time, UInt32
 
 HEADER, ORIGIN, ESTIMATE, START = Header(), Pose(), PoseWithCovariance(), Time()
 
@@ -45,9 +45,9 @@ class MapMetaData:
     """`resolution` in m per cell. `origin` is the pose of the corner of the first cell."""
 
     map_load_time: Time = START
-    resolution: float = 0.0
-    width: int = 0
-    height: int = 0
+    resolution: Float32 = 0.0
+    width: UInt32 = 0
+    height: UInt32 = 0
     origin: Pose = ORIGIN
 
 

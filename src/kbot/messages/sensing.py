@@ -8,12 +8,24 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.messages.types import Header, Quaternion, Vector3
+from kbot.messages.types import (
+    Float32,
+    Header,
+    Int8,
+    Int32,
+    Numbers9,
+    Numbers12,
+    Quaternion,
+    UInt8,
+    UInt16,
+    UInt32,
+    Vector3,
+)
 from kbot.text import KbotError
 
 HEADER, UPRIGHT, ZERO = Header(), Quaternion(), Vector3()
 
-Covariance = tuple[float, float, float, float, float, float, float, float, float]
+Covariance = Numbers9
 
 UNKNOWN_COVARIANCE: Covariance = (0.0,) * 9
 
@@ -32,13 +44,13 @@ class LaserScan:
     """`ranges` in m. +inf: no return. -inf: an object is closer than `range_min` (REP 117)."""
 
     header: Header = HEADER
-    angle_min: float = 0.0
-    angle_max: float = 0.0
-    angle_increment: float = 0.0
-    time_increment: float = 0.0
-    scan_time: float = 0.0
-    range_min: float = 0.0
-    range_max: float = 0.0
+    angle_min: Float32 = 0.0
+    angle_max: Float32 = 0.0
+    angle_increment: Float32 = 0.0
+    time_increment: Float32 = 0.0
+    scan_time: Float32 = 0.0
+    range_min: Float32 = 0.0
+    range_max: Float32 = 0.0
     ranges: NDArray[np.float32] = field(default_factory=_empty)
     intensities: NDArray[np.float32] = field(default_factory=_empty)
 
@@ -104,18 +116,18 @@ class Range:
     """A distance in m, with +inf and -inf as in LaserScan."""
 
     header: Header = HEADER
-    radiation_type: int = ULTRASOUND
-    field_of_view: float = 0.0
-    min_range: float = 0.0
-    max_range: float = 0.0
-    range: float = 0.0
-    variance: float = 0.0
+    radiation_type: UInt8 = ULTRASOUND
+    field_of_view: Float32 = 0.0
+    min_range: Float32 = 0.0
+    max_range: Float32 = 0.0
+    range: Float32 = 0.0
+    variance: Float32 = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class NavSatStatus:
-    status: int = 0
-    service: int = 1
+    status: Int8 = 0
+    service: UInt16 = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +140,7 @@ class NavSatFix:
     longitude: float = 0.0
     altitude: float = 0.0
     position_covariance: Covariance = UNKNOWN_COVARIANCE
-    position_covariance_type: int = 0
+    position_covariance_type: UInt8 = 0
 
 
 FLOAT32 = 7
@@ -137,9 +149,9 @@ FLOAT32 = 7
 @dataclass(frozen=True, slots=True)
 class PointField:
     name: str = ""
-    offset: int = 0
-    datatype: int = FLOAT32
-    count: int = 1
+    offset: UInt32 = 0
+    datatype: UInt8 = FLOAT32
+    count: UInt32 = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,12 +159,12 @@ class PointCloud2:
     """Points as bytes: `point_step` bytes per point, `row_step` bytes per row."""
 
     header: Header = HEADER
-    height: int = 0
-    width: int = 0
+    height: UInt32 = 0
+    width: UInt32 = 0
     fields: tuple[PointField, ...] = ()
     is_bigendian: bool = False
-    point_step: int = 0
-    row_step: int = 0
+    point_step: UInt32 = 0
+    row_step: UInt32 = 0
     data: bytes = b""
     is_dense: bool = True
 
@@ -162,20 +174,20 @@ class Image:
     """Pixels row by row from the top. KBot's cameras publish `encoding` rgb8, and 32FC1 for depth in m."""
 
     header: Header = HEADER
-    height: int = 0
-    width: int = 0
+    height: UInt32 = 0
+    width: UInt32 = 0
     encoding: str = ""
-    is_bigendian: int = 0
-    step: int = 0
+    is_bigendian: UInt8 = 0
+    step: UInt32 = 0
     data: bytes = b""
 
 
 @dataclass(frozen=True, slots=True)
 class RegionOfInterest:
-    x_offset: int = 0
-    y_offset: int = 0
-    height: int = 0
-    width: int = 0
+    x_offset: UInt32 = 0
+    y_offset: UInt32 = 0
+    height: UInt32 = 0
+    width: UInt32 = 0
     do_rectify: bool = False
 
 
@@ -184,15 +196,15 @@ class CameraInfo:
     """Intrinsics in pixels, row by row: `k` (3x3), `r` (3x3), `p` (3x4). Field names are those of ROS 2."""
 
     header: Header = HEADER
-    height: int = 0
-    width: int = 0
+    height: UInt32 = 0
+    width: UInt32 = 0
     distortion_model: str = "plumb_bob"
     d: tuple[float, ...] = (0.0,) * 5
-    k: tuple[float, ...] = (0.0,) * 9
-    r: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    p: tuple[float, ...] = (0.0,) * 12
-    binning_x: int = 0
-    binning_y: int = 0
+    k: Numbers9 = (0.0,) * 9
+    r: Numbers9 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    p: Numbers12 = (0.0,) * 12
+    binning_x: UInt32 = 0
+    binning_y: UInt32 = 0
     roi: RegionOfInterest = RegionOfInterest()
 
 
@@ -217,8 +229,8 @@ class Joy:
     """The state of a gamepad. Axes are from 1 (left, forward) to -1. A pressed button is 1."""
 
     header: Header = HEADER
-    axes: tuple[float, ...] = ()
-    buttons: tuple[int, ...] = ()
+    axes: tuple[Float32, ...] = ()
+    buttons: tuple[Int32, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,17 +241,17 @@ class Bool:
 @dataclass(frozen=True, slots=True)
 class MultiArrayDimension:
     label: str = ""
-    size: int = 0
-    stride: int = 0
+    size: UInt32 = 0
+    stride: UInt32 = 0
 
 
 @dataclass(frozen=True, slots=True)
 class MultiArrayLayout:
     dim: tuple[MultiArrayDimension, ...] = ()
-    data_offset: int = 0
+    data_offset: UInt32 = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Float32MultiArray:
     layout: MultiArrayLayout = MultiArrayLayout()
-    data: tuple[float, ...] = ()
+    data: tuple[Float32, ...] = ()

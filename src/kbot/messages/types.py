@@ -10,8 +10,16 @@ from dataclasses import dataclass
 from math import atan2, cos, sin
 from typing import Annotated
 
+# The ROS type of a field, where the Python type does not determine it. A test compares them with ROS.
+Int8 = Annotated[int, "int8"]
+UInt8 = Annotated[int, "uint8"]
+UInt16 = Annotated[int, "uint16"]
 Int32 = Annotated[int, "int32"]
 UInt32 = Annotated[int, "uint32"]
+Float32 = Annotated[float, "float32"]
+Numbers9 = Annotated[tuple[float, ...], "float64[9]"]
+Numbers12 = Annotated[tuple[float, ...], "float64[12]"]
+Numbers36 = Annotated[tuple[float, ...], "float64[36]"]
 
 WORLD = "world"
 """The fixed frame of the simulated world."""
@@ -22,8 +30,8 @@ NO_COVARIANCE: tuple[float, ...] = (0.0,) * 36
 class Time:
     """A time of the simulation's clock. `nanosec` is from 0 to 999999999."""
 
-    sec: int = 0
-    nanosec: int = 0
+    sec: Int32 = 0
+    nanosec: UInt32 = 0
 
     @classmethod
     def from_nanoseconds(cls, nanoseconds: int) -> Time:
@@ -86,7 +94,7 @@ class Pose:
 @dataclass(frozen=True, slots=True)
 class PoseWithCovariance:
     pose: Pose = Pose()
-    covariance: tuple[float, ...] = NO_COVARIANCE
+    covariance: Numbers36 = NO_COVARIANCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +114,7 @@ class TwistStamped:
 @dataclass(frozen=True, slots=True)
 class TwistWithCovariance:
     twist: Twist = Twist()
-    covariance: tuple[float, ...] = NO_COVARIANCE
+    covariance: Numbers36 = NO_COVARIANCE
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kbot.messages.control import Duration
-from kbot.messages.types import Header, Point, Pose, Vector3
+from kbot.messages.types import Float32, Header, Int32, Point, Pose, Vector3
 
 HEADER, ORIGIN, HERE, NO_SIZE, FOR_EVER = Header(), Pose(), Point(), Vector3(), Duration()
 
@@ -19,10 +19,10 @@ ADD, DELETE, DELETE_ALL = 0, 2, 3
 class ColorRGBA:
     """Each component is in 0..1."""
 
-    r: float = 0.0
-    g: float = 0.0
-    b: float = 0.0
-    a: float = 0.0
+    r: Float32 = 0.0
+    g: Float32 = 0.0
+    b: Float32 = 0.0
+    a: Float32 = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +36,8 @@ class CompressedImage:
 
 @dataclass(frozen=True, slots=True)
 class UVCoordinate:
-    u: float = 0.0
-    v: float = 0.0
+    u: Float32 = 0.0
+    v: Float32 = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +58,9 @@ class Marker:
 
     header: Header = HEADER
     ns: str = ""
-    id: int = 0
-    type: int = ARROW
-    action: int = ADD
+    id: Int32 = 0
+    type: Int32 = ARROW
+    action: Int32 = ADD
     pose: Pose = ORIGIN
     scale: Vector3 = NO_SIZE
     color: ColorRGBA = BLACK
@@ -90,9 +90,9 @@ class PoseArray:
 
 @dataclass(frozen=True, slots=True)
 class Point32:
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
+    x: Float32 = 0.0
+    y: Float32 = 0.0
+    z: Float32 = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -110,7 +110,7 @@ class RunOutputs:
         if publishes_clock and "/clock" not in shown.bus.topics:
             clock = shown.bus.advertise("/clock", ClockMessage, rate=CLOCK_RATE)
             self._timer = shown.clock.every(
-                CLOCK_RATE, lambda: clock.publish(ClockMessage(shown.clock.stamp))
+                CLOCK_RATE, lambda: clock.publish_plain(ClockMessage(shown.clock.stamp))
             )
         if description:
             shown.bus.advertise("/robot_description", String, latched=True).publish(String(description))

@@ -144,11 +144,11 @@ class CameraSensor(Sensor[Image]):
 
     def _publish_info_and_depth(self, depths: NDArray[np.float64]) -> None:
         if self._infos.has_subscribers:
-            self._infos.publish(self.info())
+            self._infos.publish_plain(self.info())
         if self._depths is not None:
             self.latest_depth = self._image("32FC1", 4, depths.astype("<f4").tobytes())
             if self._depths.has_subscribers:
-                self._depths.publish(self.latest_depth)
+                self._depths.publish_plain(self.latest_depth)
 
     def _image(self, encoding: str, size: int, data: bytes) -> Image:
         spec = self.spec

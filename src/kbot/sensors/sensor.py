@@ -185,7 +185,7 @@ class Sensor(ABC, Generic[M]):
     def _publish(self, stamp: int, message: M) -> None:
         self._latest = stamp, message
         if self._publisher.has_subscribers:
-            self._publisher.publish(message)
+            self._publisher.publish_plain(message)
 
     def _header(self) -> Header:
         return Header(self.simulation.clock.stamp, self._frame)

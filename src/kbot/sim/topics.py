@@ -209,7 +209,7 @@ class RobotTopics:
     def _publish(self, outputs: list[_Output], stamp: msg.Time) -> None:
         self._motion = None
         for publisher, message in outputs:
-            publisher.publish(message(stamp))
+            publisher.publish_plain(message(stamp))
 
     def _odometry(self, stamp: msg.Time) -> msg.Odometry:
         motion = self._motion = self._motion or self._robot.odometry

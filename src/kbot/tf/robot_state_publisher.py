@@ -73,7 +73,7 @@ class RobotStatePublisher:
             self._tf.rate = 1e9 / (now - self._last)
         self._last = now
         if self._tf.has_subscribers:
-            self._tf.publish(self._message(self._movable, stamp))
+            self._tf.publish_plain(self._message(self._movable, stamp))
 
     def _message(self, joints: list[_JointTransform], stamp: msg.Time) -> msg.TFMessage:
         return msg.TFMessage(tuple(joint.message(stamp, self._position(joint.name)) for joint in joints))

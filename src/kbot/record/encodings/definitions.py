@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, get_args, get_origin, get_type_hints
+from typing import ClassVar, get_args, get_origin, get_type_hints
 
-import numpy as np
-
+from kbot.messages.checked import ros_type
 from kbot.record.encodings.type_names import PARTS, ros_name
 
-BASES = {str: "string", bool: "bool", float: "float64"}
 ROS1_TIMES = {"builtin_interfaces/Time": "time", "builtin_interfaces/Duration": "duration"}
 
 
@@ -54,24 +52,19 @@ def constants(cls: type) -> Iterator[str]:
     """The constants as ROS writes them and includes them in the MD5 sum: `int32 STRICT=2`."""
     for name, hint in get_type_hints(cls, include_extras=True).items():
         if get_origin(hint) is ClassVar:
-            yield f"{_kind(get_args(hint)[0], ros1=True)} {name}={getattr(cls, name)}"
+            yield f"{ros_type(get_args(hint)[0])} {name}={getattr(cls, name)}"
 
 
 def fields(cls: type, ros1: bool) -> Iterator[tuple[str, str]]:
     """The name and ROS type of each field."""
     hints = get_type_hints(cls, include_extras=True)
     for field in dataclasses.fields(cls):
-        yield field.name, _kind(hints[field.name], ros1)
+        yield field.name, ros_type(hints[field.name], _name_in_ros1 if ros1 else _name)
 
 
-def _kind(hint: object, ros1: bool) -> str:
-    if get_origin(hint) is Annotated:  # an int with its ROS type
-        return str(get_args(hint)[1])
-    if get_origin(hint) is np.ndarray:
-        return f"{np.dtype(get_args(get_args(hint)[1])[0]).name}[]"
-    if get_origin(hint) is tuple:
-        return f"{_kind(get_args(hint)[0], ros1)}[]"
-    if hint in BASES:
-        return BASES[hint]
-    name = ros_name(hint).replace("/msg/", "/")
-    return ROS1_TIMES.get(name, name) if ros1 else name
+def _name(message_type: type) -> str:
+    return ros_name(message_type).replace("/msg/", "/")
+
+
+def _name_in_ros1(message_type: type) -> str:
+    return ROS1_TIMES.get(_name(message_type), _name(message_type))

@@ -144,8 +144,11 @@ class Node:
     def publish(self, topic: str, message: object) -> None:
         """Publish a message. The first one also advertises the topic.
 
+        Scalars and arrays of numpy in its fields are converted.
+
         Raises:
-            KbotError: this node subscribes to the topic, or the topic has another type.
+            KbotError: this node subscribes to the topic, the topic has another type, or a field of the
+                message has the wrong type or shape, or is out of range. The error names the field.
         """
         name = self._arguments.resolve(topic)
         if name not in self._publishers:
