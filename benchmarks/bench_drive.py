@@ -31,8 +31,9 @@ def stop(sim: kbot.Simulation) -> None:
 
 def errors(sim: kbot.Simulation) -> tuple[float, float]:
     """Difference between odometry and ground truth, in millimetres and degrees."""
-    odometry, truth = sim.odometry.pose, sim.ground_truth.pose
-    return 1e3 * hypot(odometry.x - truth.x, odometry.y - truth.y), abs(degrees(odometry.yaw - truth.yaw))
+    odometry, truth = sim.odometry, sim.ground_truth
+    off = hypot(odometry.pose.x - truth.pose.x, odometry.pose.y - truth.pose.y)
+    return 1e3 * off, abs(degrees(odometry.unwrapped_yaw - truth.unwrapped_yaw))
 
 
 def straight(sim: kbot.Simulation) -> Figure:
@@ -46,7 +47,7 @@ def turns(sim: kbot.Simulation) -> Figure:
     sim.cmd_vel(0.0, 1.0)
     sim.run(20 * pi)
     stop(sim)
-    turned = sim.ground_truth.pose.yaw / (2 * pi)
+    turned = sim.ground_truth.unwrapped_yaw / (2 * pi)
     return Figure("ten turns on the spot", f"{turned:.5f} turns", errors(sim)[1], 0.01, "deg")
 
 

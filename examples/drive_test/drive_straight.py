@@ -15,7 +15,7 @@ def drive(sim: Simulation) -> None:
     sim.run(10.0)
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
-    pose = sim.ground_truth.pose
+    pose, before = sim.ground_truth.pose, sim.ground_truth.unwrapped_yaw
     assert abs(pose.x - 2.0) < 0.01, "drives two metres ahead"
     assert abs(pose.y) < 0.005, "drives straight"
 
@@ -23,7 +23,7 @@ def drive(sim: Simulation) -> None:
     sim.run(2 * pi)
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
-    turned = degrees(sim.ground_truth.pose.yaw - pose.yaw)
+    turned = degrees(sim.ground_truth.unwrapped_yaw - before)
     assert abs(turned - 360.0) < 1.0, "turns once around"
 
     odometry, truth = sim.odometry.pose, sim.ground_truth.pose

@@ -4,6 +4,7 @@ from math import cos, degrees, hypot, pi, sin
 
 import pytest
 
+from kbot.messages import Odometry
 from kbot.sim import DriveLimits, Simulation
 from kbot.text import KbotError
 
@@ -17,9 +18,9 @@ def stop(sim: Simulation) -> None:
 
 def odometry_error(sim: Simulation) -> tuple[float, float]:
     """The error of odometry against ground truth in mm and degrees."""
-    odometry, truth = sim.odometry.pose, sim.ground_truth.pose
-    distance = hypot(odometry.x - truth.x, odometry.y - truth.y)
-    return distance / MILLIMETRE, degrees(odometry.yaw - truth.yaw)
+    odometry, truth = sim.odometry, sim.ground_truth
+    distance = hypot(odometry.pose.x - truth.pose.x, odometry.pose.y - truth.pose.y)
+    return distance / MILLIMETRE, degrees(odometry.unwrapped_yaw - truth.unwrapped_yaw)
 
 
 def test_straight_drive_covers_speed_times_time(sim):
@@ -40,7 +41,7 @@ def test_ten_turns_on_the_spot_are_accurate(sim):
     sim.run(20 * pi)
     stop(sim)
     truth = sim.ground_truth.pose
-    assert truth.yaw / (2 * pi) == pytest.approx(10.0, abs=1e-3)
+    assert sim.ground_truth.unwrapped_yaw / (2 * pi) == pytest.approx(10.0, abs=1e-3)
     assert hypot(truth.x, truth.y) < 1e-5
     _, turned = odometry_error(sim)
     assert abs(turned) < 0.01
@@ -56,7 +57,7 @@ def test_square_of_one_metre_is_accurate(sim, side):
         sim.run(pi / 2)
         stop(sim)
     truth = sim.ground_truth.pose
-    assert truth.yaw == pytest.approx(side * 2 * pi, abs=0.01)
+    assert sim.ground_truth.unwrapped_yaw == pytest.approx(side * 2 * pi, abs=0.01)
     assert hypot(truth.x, truth.y) < 0.005
     millimetres, _ = odometry_error(sim)
     assert millimetres < 0.01
@@ -89,12 +90,12 @@ def test_arc_has_the_commanded_radius(sim, linear, angular):
     """After a full circle the robot is back at its start. Half way round it is one diameter to the side."""
     sim.cmd_vel(linear, angular)
     sim.run(1.0)
-    start = sim.ground_truth.pose
+    start, before = sim.ground_truth.pose, sim.ground_truth.unwrapped_yaw
     sim.run(pi / abs(angular))
-    half = sim.ground_truth.pose
+    half, after = sim.ground_truth.pose, sim.ground_truth.unwrapped_yaw
     across = hypot(half.x - start.x, half.y - start.y)
     assert across == pytest.approx(2 * linear / abs(angular), rel=2e-3)
-    assert half.yaw - start.yaw == pytest.approx(pi if angular > 0 else -pi, abs=0.01)
+    assert after - before == pytest.approx(pi if angular > 0 else -pi, abs=0.01)
 
 
 @pytest.mark.parametrize("linear", [0.4, 0.7, 0.95])
@@ -168,10 +169,39 @@ def test_base_that_is_not_on_the_axle_moves_on_a_circle(shared):
     sim.run(pi)
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
-    yaw = sim.ground_truth.pose.yaw
+    yaw = sim.ground_truth.unwrapped_yaw
     odometry = sim.odometry.pose
     assert yaw == pytest.approx(pi, abs=0.02)
     assert (odometry.x, odometry.y) == pytest.approx((0.02 - 0.02 * cos(yaw), -0.02 * sin(yaw)), abs=1e-4)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_yaw_of_a_pose_is_wrapped_and_the_unwrapped_yaw_counts_turns(sim, sense):
+    """At 1 rad/s for 14 s the robot turns by 14 rad, which is 2.23 turns; its accelerations cancel."""
+    received = []
+    sim.bus.subscribe("odom", Odometry, received.append)
+    sim.cmd_vel(0.0, sense)
+    for second in range(14):
+        sim.run(1.0)
+        for motion in (sim.ground_truth, sim.odometry):
+            assert -pi < motion.pose.yaw <= pi
+            assert abs(motion.unwrapped_yaw - sense * (second + 1)) < 0.1
+        assert received[-1].pose.pose.orientation.yaw == pytest.approx(sim.odometry.pose.yaw, abs=1e-3)
+    stop(sim)
+    for motion in (sim.ground_truth, sim.odometry):
+        assert motion.unwrapped_yaw == pytest.approx(sense * 14.0, abs=2e-3)
+        assert motion.pose.yaw == pytest.approx(sense * (14.0 - 4.0 * pi), abs=2e-3)
+    changed = sim.with_robot(sim.robot)
+    assert changed.odometry.unwrapped_yaw == pytest.approx(sense * 14.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("yaw", [pi, -pi, 3.0, 3.5, -3.5, 10.0])
+def test_a_robot_is_placed_at_any_yaw(sim, yaw):
+    sim.models.set_pose(0.0, 0.0, yaw)
+    truth = sim.ground_truth
+    assert -pi < truth.pose.yaw <= pi
+    assert cos(truth.pose.yaw - yaw) == pytest.approx(1.0)
+    assert truth.unwrapped_yaw == pytest.approx(yaw)
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])

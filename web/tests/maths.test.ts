@@ -1,14 +1,13 @@
 import { Matrix4, PerspectiveCamera, Quaternion, Vector3, Vector4 } from "three";
 import { describe, expect, it } from "vitest";
 
-import { wrap } from "../src/angles";
+import { wrap, yawOf } from "../src/angles";
 import { symmetricEigen } from "../src/displays/covariance";
 import { gridLines } from "../src/displays/grid";
 import { Pinhole } from "../src/displays/pinhole";
 import { poseMatrix } from "../src/displays/pose-shapes";
 import type { CameraInfo } from "../src/messages";
 import { measured } from "../src/tools/measure";
-import { yawOf } from "../src/tools/poses";
 import { turn } from "../src/view/keyboard";
 import { sized } from "../src/view/shapes";
 import { sideOf } from "../src/view/sides";
@@ -23,6 +22,10 @@ describe("wrap", () => {
     [7 * Math.PI + 0.25, -Math.PI + 0.25],
   ])("maps %f rad to %f rad", (angle, expected) => {
     expect(wrap(angle)).toBeCloseTo(expected, 12);
+  });
+
+  it.each([Math.PI, -Math.PI, 3 * Math.PI, -3 * Math.PI])("maps the rear, %f rad, to pi", (angle) => {
+    expect(wrap(angle)).toBe(Math.PI);
   });
 });
 

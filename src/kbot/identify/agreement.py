@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kbot.identify.log import Array, DriveLog, motions_of
 from kbot.identify.nominal import Nominal
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose, integrate
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -93,7 +94,7 @@ def agreement(log: DriveLog, nominal: Nominal, is_disturbed: NDArray[np.bool_]) 
             if any(moves) and np.mean(disturbances) <= _MOST_DISTURBED:
                 moved = before.inverse() @ simulated
                 distances.append(math.hypot(moved.x - measured.x, moved.y - measured.y))
-                angles.append(abs(math.remainder(moved.yaw - measured.yaw, math.tau)))
+                angles.append(abs(wrap(moved.yaw - measured.yaw)))
         measured, before, begun = PlanarPose(), simulated, float(ends[stop])  # the next drive begins here
         disturbances.clear()
         moves.clear()

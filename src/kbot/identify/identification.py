@@ -23,6 +23,7 @@ from kbot.identify.result import (
     Identification,
     Residual,
 )
+from kbot.kinematics.angles import wrap
 from kbot.text import KbotError
 from kbot.text.notes import note
 
@@ -175,10 +176,10 @@ def _with_separation(start: Array, separation: float) -> Array:
 
 
 def _natural(parameters: Array) -> Array:
-    """The parameters with the separation instead of its inverse, and the yaw from -pi to pi."""
+    """The parameters with the separation instead of its inverse, and the yaw wrapped."""
     natural = parameters.copy()
     natural[CURVATURE] = 1.0 / natural[CURVATURE]
-    natural[YAW] = np.arctan2(np.sin(natural[YAW]), np.cos(natural[YAW]))
+    natural[YAW] = wrap(float(natural[YAW]))
     return natural
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from kbot.identify.intervals import DEVIATION_OF_MAD, half_widths
-from kbot.identify.log import Array, Motions, wrapped
+from kbot.identify.log import Array, Motions
 from kbot.identify.noise import SMALLEST, Noise, covariances, estimate_noise, factor, whitened
 from kbot.identify.observability import is_observable, observability
 from kbot.identify.odometry_model import (
@@ -31,6 +31,7 @@ from kbot.identify.odometry_model import (
     predicted,
     residuals,
 )
+from kbot.kinematics.angles import wrap_all
 
 _KEPT = 0.99
 """Share of Gaussian noise that is not rejected as outliers. A larger one would keep more of the small slips,
@@ -159,7 +160,7 @@ def _start(motions: Motions, nominal: Array) -> Array:
     has_yaw = np.isfinite(measured[:, 2])
     # a long turn is measured without its full turns
     expected = angles[has_yaw] @ before
-    turns = expected + wrapped(measured[has_yaw, 2] - expected)
+    turns = expected + wrap_all(measured[has_yaw, 2] - expected)
     slopes = before + _least_absolute(angles[has_yaw], turns - expected, before)
     if not slopes.any():
         slopes = before

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.angles import wrap_all
 from kbot.text import KbotError
 
 Array = NDArray[np.float64]
@@ -118,12 +119,6 @@ def held(times: Array, values: Array, at: Array) -> Array:
     return found
 
 
-def wrapped(angles: Array) -> Array:
-    """Angles in the range -pi to pi."""
-    turned: Array = (angles + np.pi) % (2.0 * np.pi) - np.pi
-    return turned
-
-
 def motions_of(log: DriveLog) -> Motions:
     """The displacements for which the log has a reference and the speeds of both wheels.
 
@@ -173,7 +168,7 @@ def _between_poses(
         [
             cos * delta[:, 0] + sin * delta[:, 1],
             cos * delta[:, 1] - sin * delta[:, 0],
-            wrapped(delta[:, 2]),
+            wrap_all(delta[:, 2]),
         ]
     )
     is_known = ~np.isin(at[1:], new_frames)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,6 +16,7 @@ from kbot.identify.result import (
     SENSOR_YAW,
     WHEEL_SEPARATION,
 )
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.drive.declared import declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive, find_drive
 from kbot.kinematics.frames import FrameTree
@@ -72,7 +72,7 @@ class Nominal:
             WHEEL_SEPARATION: self.drive.separation,
             SENSOR_X: None if sensor is None else sensor.x,
             SENSOR_Y: None if sensor is None else sensor.y,
-            SENSOR_YAW: None if sensor is None else math.remainder(sensor.yaw, math.tau),
+            SENSOR_YAW: None if sensor is None else wrap(sensor.yaw),
         }
 
     @property

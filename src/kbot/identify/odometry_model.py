@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.identify.log import Array, Motions, wrapped
+from kbot.identify.log import Array, Motions
+from kbot.kinematics.angles import wrap_all
 
 LEFT, RIGHT, CURVATURE, X, Y, YAW = range(6)
 """The parameters: radii of the left and right wheel in m, the inverse of the wheel separation in 1/m, and the
@@ -63,7 +64,7 @@ def residuals(parameters: Array, motions: Motions) -> Array:
 
 def _errors(predictions: Array, motions: Motions) -> Array:
     errors = motions.displacements - predictions
-    errors[:, 2] = wrapped(errors[:, 2])
+    errors[:, 2] = wrap_all(errors[:, 2])
     return errors
 
 

@@ -21,6 +21,7 @@ from kbot.identify.scan_matching import Scan, matched_poses
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
+from kbot.messages.types import yaw_of
 from kbot.record.entry import RecordedMessage
 from kbot.record.reader import Recording
 from kbot.record.recorder import COMMANDS_TOPIC
@@ -286,8 +287,7 @@ def _add_pose(found: _Contents, entry: RecordedMessage) -> None:
 
 
 def _yaw(quaternion: Any) -> float:  # noqa: ANN401 - a message of ROS
-    x, y, z, w = (float(getattr(quaternion, axis)) for axis in "xyzw")
-    return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return yaw_of(*(float(getattr(quaternion, axis)) for axis in "xyzw"))
 
 
 def _listed(contents: _Contents) -> str:

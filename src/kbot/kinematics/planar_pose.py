@@ -13,6 +13,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.angles import wrap
+
 Array = NDArray[np.float64]
 _Coordinate = TypeVar("_Coordinate", float, Array)
 
@@ -23,7 +25,7 @@ class PlanarPose:
 
     x    position in m
     y    position in m
-    yaw  heading in rad, which counts full turns and is not wrapped
+    yaw  heading in rad. Poses that are combined have a wrapped one: above -pi and at most pi
     """
 
     x: float = 0.0
@@ -34,12 +36,12 @@ class PlanarPose:
         """`a_from_c = a_from_b @ b_from_c`."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return PlanarPose(
-            self.x + c * other.x - s * other.y, self.y + s * other.x + c * other.y, self.yaw + other.yaw
+            self.x + c * other.x - s * other.y, self.y + s * other.x + c * other.y, wrap(self.yaw + other.yaw)
         )
 
     def inverse(self) -> PlanarPose:
         c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return PlanarPose(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
+        return PlanarPose(-c * self.x - s * self.y, s * self.x - c * self.y, wrap(-self.yaw))
 
     def apply(self, points: Array) -> Array:
         """Points (n, 2) in m from this pose's frame to the outer frame."""
@@ -83,6 +85,6 @@ def integrate(
 
     `separation` is the distance in m between the contact points of the wheels. `axle_in_base` is the middle
     of the axle, about which the robot turns, in the base's frame. The result is exact for constant wheel
-    speeds."""
+    speeds. Its yaw is wrapped."""
     step = arc((left + right) / 2.0, (right - left) / separation)
     return pose @ axle_in_base @ step @ axle_in_base.inverse()

@@ -66,6 +66,11 @@ class Point:
     z: float = 0.0
 
 
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """The heading in rad, from -pi to pi, of the x axis that a quaternion of any length rotates."""
+    return atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+
+
 @dataclass(frozen=True, slots=True)
 class Quaternion:
     x: float = 0.0
@@ -80,9 +85,8 @@ class Quaternion:
 
     @property
     def yaw(self) -> float:
-        """Heading of the rotated x axis seen from above, in rad."""
-        x, y, z, w = self.x, self.y, self.z, self.w
-        return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        """Heading of the rotated x axis seen from above, in rad from -pi to pi."""
+        return yaw_of(self.x, self.y, self.z, self.w)
 
 
 @dataclass(frozen=True, slots=True)

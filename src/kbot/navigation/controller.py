@@ -120,11 +120,6 @@ def twist(linear: float, angular: float) -> Twist:
     return Twist(Vector3(linear, 0.0, 0.0), Vector3(0.0, 0.0, angular))
 
 
-def wrapped(angle: float) -> float:
-    """The same angle between -pi and pi; rad."""
-    return math.remainder(angle, 2.0 * math.pi)
-
-
 def same_side(angle: float, before: float) -> float:
     """An angle in rad on the side on which it was before, so that the robot keeps its direction of turning
     towards a point behind it."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim.simulation import Simulation
 from kbot.text import Diagnostic
@@ -117,8 +118,8 @@ def _words(pose: PlanarPose) -> str:
 
 def heading(yaw: float, digits: int) -> float:
     """A yaw in rad as degrees above -180 and up to 180."""
-    degrees = _rounded(math.remainder(math.degrees(yaw), 360.0), digits)
-    return degrees if degrees > -180.0 else 180.0
+    degrees = _rounded(math.degrees(wrap(yaw)), digits)
+    return degrees if degrees > -180.0 else 180.0  # as rounded
 
 
 def _rounded(value: float, digits: int) -> float:

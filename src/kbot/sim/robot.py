@@ -183,7 +183,7 @@ class SimulatedRobot:
 
     @property
     def ground_truth(self) -> Motion:
-        """The base's true pose in the world and its twist in its own frame. The yaw counts full turns."""
+        """The base's true pose in the world and its twist in its own frame."""
         return self.body.ground_truth
 
     @property

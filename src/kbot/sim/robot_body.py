@@ -7,9 +7,11 @@ import math
 import mujoco
 import numpy as np
 
+from kbot.kinematics.angles import FULL_TURN
 from kbot.kinematics.frames import FrameTree
-from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
+from kbot.kinematics.planar_pose import PlanarTwist
 from kbot.kinematics.transform import Transform
+from kbot.messages.types import yaw_of
 from kbot.sim.engine.arrays import numbers
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.inertia import held_joints
@@ -80,7 +82,7 @@ class RobotBody:
 
     @property
     def ground_truth(self) -> Motion:
-        """The base's true pose in the world and its twist in its own frame. The yaw counts full turns.
+        """The base's true pose in the world and its twist in its own frame.
 
         It is computed from the root's position and velocity, which is ten times as fast as `link_pose` and
         `link_velocity`, because controllers and policies read it at every command.
@@ -88,7 +90,7 @@ class RobotBody:
         if self.root_qpos < 0:
             base = self.link_pose(self._base)
             x, y, _ = base.translation.tolist()
-            return Motion(PlanarPose(x, y, base.yaw), PlanarTwist())
+            return Motion.of((x, y, base.yaw), PlanarTwist())
         px, py, _, w, x, y, z = self.root_place
         (ax, bx, cx), (ay, by, cy), (az, bz, cz) = self._root_from_base
         tx, ty, tz = self._base_in_root
@@ -97,9 +99,8 @@ class RobotBody:
         zx, zy, zz = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
         place_x, place_y = px + xx * tx + xy * ty + xz * tz, py + yx * tx + yy * ty + yz * tz
         yaw = math.atan2(yx * ax + yy * ay + yz * az, xx * ax + xy * ay + xz * az)
-        full = 2.0 * math.pi
-        heading = math.atan2(yx, xx) + full * self._turns
-        yaw += full * round((heading + self._base_yaw - yaw) / full)
+        heading = math.atan2(yx, xx) + FULL_TURN * self._turns
+        yaw += FULL_TURN * round((heading + self._base_yaw - yaw) / FULL_TURN)
         v, at = self._qvel, self._root_dof
         vx, vy, vz, wx, wy, wz = v[at], v[at + 1], v[at + 2], v[at + 3], v[at + 4], v[at + 5]
         # the velocity of the base's origin in the axes of the root
@@ -108,7 +109,7 @@ class RobotBody:
         uz = xz * vx + yz * vy + zz * vz + wx * ty - wy * tx
         forward, left = ax * ux + ay * uy + az * uz, bx * ux + by * uy + bz * uz
         turn = cx * wx + cy * wy + cz * wz
-        return Motion(PlanarPose(place_x, place_y, yaw), PlanarTwist(forward, left, turn))
+        return Motion.of((place_x, place_y, yaw), PlanarTwist(forward, left, turn))
 
     @property
     def root_place(self) -> tuple[float, float, float, float, float, float, float]:
@@ -128,7 +129,7 @@ class RobotBody:
     @property
     def heading(self) -> float:
         """Heading of the root in rad. It counts full turns."""
-        return self._yaw() + 2.0 * math.pi * self._turns
+        return self._yaw() + FULL_TURN * self._turns
 
     @property
     def joint_positions(self) -> dict[str, float]:
@@ -208,7 +209,8 @@ class RobotBody:
             self._qpos[self.root_qpos + index] = value
         for index in range(6):
             self._qvel[self._root_dof + index] = 0.0
-        self._turns, self._is_left = math.floor((yaw + math.pi) / (2.0 * math.pi)), self._yaw() >= 0.0
+        self._turns = round((yaw - root_from_base.yaw - self._yaw()) / FULL_TURN)
+        self._is_left = self._yaw() >= 0.0
 
     def set_position(self, joint: str, position: float) -> None:
         """Set a joint's position and keep its velocity. Raises KbotError for an unknown joint."""
@@ -250,8 +252,7 @@ class RobotBody:
         if self.root_qpos < 0:
             return 0.0
         q, at = self._qpos, self.root_qpos
-        w, x, y, z = q[at + 3], q[at + 4], q[at + 5], q[at + 6]
-        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return yaw_of(q[at + 4], q[at + 5], q[at + 6], q[at + 3])
 
     def require_free(self) -> None:
         """Raises KbotError for a robot that is fixed to the world."""

@@ -220,12 +220,18 @@ class Simulation:
 
     @property
     def odometry(self) -> Motion:
-        """The base's `pose` in the odometry frame and `twist` in its own frame, computed from the wheels."""
+        """The base's `pose` in the odometry frame and `twist` in its own frame, computed from the wheels.
+
+        The yaw of the pose is above -pi and at most pi. `unwrapped_yaw` counts full turns.
+        """
         return self._first.odometry
 
     @property
     def ground_truth(self) -> Motion:
-        """The base's true `pose` in the world and its `twist` in its own frame."""
+        """The base's true `pose` in the world and its `twist` in its own frame.
+
+        The yaw of the pose is above -pi and at most pi. `unwrapped_yaw` counts full turns.
+        """
         return self._first.ground_truth
 
     @property

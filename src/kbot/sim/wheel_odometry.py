@@ -4,18 +4,49 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, isfinite, sin
 
+from kbot.kinematics.angles import FULL_TURN, wrap
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
+
+Place = tuple[float, float, float]
+"""x and y in m, and the yaw in rad with all full turns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """`pose` in the fixed frame (its yaw counts full turns) and `twist` in the moving frame."""
+    """`pose` in the fixed frame and `twist` in the moving frame.
+
+    The yaw of the pose is wrapped: above -pi and at most pi, as that of a quaternion on a topic. `turns` are
+    the full turns to the left since the start that it leaves out. `unwrapped_yaw` has both.
+    """
 
     pose: PlanarPose
     twist: PlanarTwist
+    turns: int = 0
+
+    @classmethod
+    def of(cls, place: Place, twist: PlanarTwist) -> Motion:
+        x, y, unwrapped = place
+        yaw = wrap(unwrapped)
+        turns = round((unwrapped - yaw) / FULL_TURN) if isfinite(unwrapped) else 0
+        return cls(PlanarPose(x, y, yaw), twist, turns)
+
+    @property
+    def unwrapped_yaw(self) -> float:
+        """The heading in rad, which counts full turns: 20 pi after ten turns to the left."""
+        return self.pose.yaw + FULL_TURN * self.turns
+
+
+ORIGIN: Place = 0.0, 0.0, 0.0
+
+
+def _beside(place: Place, offset: PlanarPose) -> Place:
+    """The place of a frame whose pose in the frame at `place` is `offset`."""
+    x, y, yaw = place
+    c, s = cos(yaw), sin(yaw)
+    return x + c * offset.x - s * offset.y, y + s * offset.x + c * offset.y, yaw + offset.yaw
 
 
 class WheelOdometry:
@@ -42,20 +73,18 @@ class WheelOdometry:
         self.state = self._rolled(left, right)
 
     @property
-    def axle(self) -> tuple[float, float, float]:
-        """The axle's pose (m, m, rad) as of the last update."""
+    def axle(self) -> Place:
+        """The axle's place as of the last update."""
         x, y, yaw, *_ = self.state
         return x, y, yaw
 
-    def start_at(self, pose: PlanarPose, left: float, right: float) -> None:
-        """Continue from a pose of the base, at these wheel angles."""
-        axle = pose @ self._axle_in_base
-        self.state = (axle.x, axle.y, axle.yaw, left, right)
+    def start_at(self, base: Place, left: float, right: float) -> None:
+        """Continue from a place of the base, at these wheel angles."""
+        self.state = (*_beside(base, self._axle_in_base), left, right)
 
-    def pose(self, left: float, right: float) -> PlanarPose:
-        """The base's pose at these wheel angles, which may be newer than the last update."""
-        x, y, yaw, _, _ = self._rolled(left, right)
-        return PlanarPose(x, y, yaw) @ self._base_in_axle
+    def base(self, left: float, right: float) -> Place:
+        """The base's place at these wheel angles, which may be newer than the last update."""
+        return _beside(self._rolled(left, right)[:3], self._base_in_axle)
 
     def twist(self, left: float, right: float) -> PlanarTwist:
         """The base's twist in its own frame, from the speeds of the wheels in rad/s."""
@@ -88,22 +117,22 @@ class PlanarOdometry:
         self.reset()
 
     def reset(self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> None:
-        self.start_at(PlanarPose(), x, y, yaw)
+        self.start_at(ORIGIN, x, y, yaw)
 
-    def start_at(self, pose: PlanarPose, x: float, y: float, yaw: float) -> None:
-        axle = pose @ self._axle_in_base
-        self.state: tuple[float, ...] = (axle.x, axle.y, axle.yaw, x, y, yaw)
+    def start_at(self, base: Place, x: float, y: float, yaw: float) -> None:
+        self.state: tuple[float, ...] = (*_beside(base, self._axle_in_base), x, y, yaw)
 
     @property
-    def axle(self) -> tuple[float, float, float]:
+    def axle(self) -> Place:
         x, y, yaw, *_ = self.state
         return x, y, yaw
 
     def update(self, x: float, y: float, yaw: float) -> None:
         self.state = self._moved(x, y, yaw)
 
-    def pose(self, x: float, y: float, yaw: float) -> PlanarPose:
-        return PlanarPose(*self._moved(x, y, yaw)[:3]) @ self._base_in_axle
+    def base(self, x: float, y: float, yaw: float) -> Place:
+        at_x, at_y, heading, *_ = self._moved(x, y, yaw)
+        return _beside((at_x, at_y, heading), self._base_in_axle)
 
     def twist(self, x: float, y: float, yaw: float) -> PlanarTwist:
         axle = self._axle_in_base
@@ -129,22 +158,26 @@ class TrueOdometry:
         self.reset()
 
     def reset(self, *angles: float) -> None:
-        self.start_at(PlanarPose(), *angles)
+        self.start_at(ORIGIN, *angles)
 
-    def start_at(self, pose: PlanarPose, *angles: float) -> None:
-        odom_from_world = pose @ self._truth().pose.inverse()
-        self.state: tuple[float, ...] = (odom_from_world.x, odom_from_world.y, odom_from_world.yaw)
+    def start_at(self, base: Place, *angles: float) -> None:
+        truth = self._truth()
+        odom_from_world = PlanarPose(*base) @ truth.pose.inverse()
+        self.state: tuple[float, ...] = (
+            odom_from_world.x, odom_from_world.y, base[2] - truth.unwrapped_yaw,
+        )  # fmt: skip
 
     def update(self, *angles: float) -> None:
         """Nothing adds up."""
 
     @property
-    def axle(self) -> tuple[float, float, float]:
-        axle = self.pose() @ self._axle_in_base
-        return axle.x, axle.y, axle.yaw
+    def axle(self) -> Place:
+        return _beside(self.base(), self._axle_in_base)
 
-    def pose(self, *angles: float) -> PlanarPose:
-        return PlanarPose(*self.state) @ self._truth().pose
+    def base(self, *angles: float) -> Place:
+        truth, (x, y, yaw) = self._truth(), self.state
+        place = PlanarPose(x, y, yaw) @ truth.pose
+        return place.x, place.y, yaw + truth.unwrapped_yaw
 
     def twist(self, *speeds: float) -> PlanarTwist:
         return self._truth().twist
@@ -174,8 +207,8 @@ class CommandOdometry:
     def reset(self, *angles: float) -> None:
         self._driven.reset()
 
-    def start_at(self, pose: PlanarPose, *angles: float) -> None:
-        self._driven.start_at(pose, 0.0, 0.0, 0.0)
+    def start_at(self, base: Place, *angles: float) -> None:
+        self._driven.start_at(base, 0.0, 0.0, 0.0)
 
     def update(self, *angles: float) -> None:
         """Advance by one period with the commanded twist."""
@@ -184,12 +217,12 @@ class CommandOdometry:
         self._driven.update(x + forward, y + leftward, yaw + turning)
 
     @property
-    def axle(self) -> tuple[float, float, float]:
+    def axle(self) -> Place:
         return self._driven.axle
 
-    def pose(self, *angles: float) -> PlanarPose:
+    def base(self, *angles: float) -> Place:
         *_, x, y, yaw = self.state
-        return self._driven.pose(x, y, yaw)
+        return self._driven.base(x, y, yaw)
 
     def twist(self, *speeds: float) -> PlanarTwist:
         return self._driven.twist(*self._commanded())

@@ -38,6 +38,8 @@ class CommandedMotion:
         """Length in m of the path of the base's origin."""
         self.turned = 0.0
         """Angle in rad, both directions added."""
+        self.turn = 0.0
+        """Angle in rad from the start, to the left positive, with full turns."""
         self.settling = 0.0
         """Seconds from the last command to stop until the controller commands no more motion."""
 
@@ -48,8 +50,9 @@ class CommandedMotion:
 
     @property
     def pose(self) -> PlanarPose:
-        """The pose of the base in the world."""
-        return self._world_from_axle @ self._axle.inverse()
+        """The pose of the base in the world. Its yaw counts full turns."""
+        pose = self._world_from_axle @ self._axle.inverse()
+        return PlanarPose(pose.x, pose.y, self.start.yaw + self.turn)
 
     def drive(self, linear: float, angular: float, seconds: float, lateral: float = 0.0) -> None:
         """Command a twist for a time, rounded to whole ticks."""
@@ -83,4 +86,5 @@ class CommandedMotion:
         self._world_from_axle = self._world_from_axle @ heading @ arc(length, turn) @ heading.inverse()
         self.path_length += math.hypot(self.pose.x - before.x, self.pose.y - before.y)
         self.turned += abs(turn)
+        self.turn += turn
         return settled

@@ -13,6 +13,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from kbot.kinematics.angles import wrap_all
 from kbot.text import KbotError
 from kbot.text.suggest import suggest_or_list
 from kbot.trials.measures import FAMILIES, find_measure
@@ -92,7 +93,7 @@ class Reaches:
         found = [MeasureResult("distance_to_target", float(apart[-1]), "m", None, self.within, end)]
         is_there = apart <= self.within
         if self.yaw is not None:
-            off = np.abs(_wrapped(trace["yaw"] - self.yaw))
+            off = np.abs(wrap_all(trace["yaw"] - self.yaw))
             found.append(MeasureResult("heading_to_target", float(off[-1]), "rad", None, self.yaw_within))
             is_there &= off <= self.yaw_within
         if self.before is not None:
@@ -189,13 +190,3 @@ def _require_positive(name: str, value: float) -> None:
 
 def _metres(value: float) -> str:
     return f"{round(value, 3) + 0.0:g}"  # + 0.0 turns -0.0 into 0.0
-
-
-def _wrapped(
-    angles: np.ndarray[tuple[int], np.dtype[np.float64]],
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Angles in rad from -pi to pi."""
-    wrapped: np.ndarray[tuple[int], np.dtype[np.float64]] = (
-        np.remainder(angles + math.pi, 2.0 * math.pi) - math.pi
-    )
-    return wrapped

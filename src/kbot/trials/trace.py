@@ -89,8 +89,11 @@ class Sampler:
         }
         self._collisions = Collisions(simulation.robots)
         self._clearance = _Clearance(simulation) if with_clearance else None
-        self._start = simulation.ground_truth.pose
-        self._world_from_odom = self._start @ simulation.odometry.pose.inverse()
+        start, odometry = simulation.ground_truth, simulation.odometry
+        self._start, self._start_yaw = start.pose, start.unwrapped_yaw
+        self._world_from_odom = self._start @ odometry.pose.inverse()
+        self._odometry_yaw = start.unwrapped_yaw - odometry.unwrapped_yaw
+        """What is added to the yaw of odometry, which counts full turns."""
         self._rows: list[tuple[float, ...]] = []
         self._joints: list[tuple[float, ...]] = []
         self._support: list[dict[str, float]] = []
@@ -114,8 +117,9 @@ class Sampler:
         """Add the current quantities to the trace."""
         simulation, robot = self._simulation, self._robot
         model, data = simulation.engine.current()
-        truth, odometry = robot.ground_truth, self._world_from_odom @ robot.odometry.pose
-        pose, twist = truth.pose, truth.twist
+        truth, by_wheels = robot.ground_truth, robot.odometry
+        odometry = self._world_from_odom @ by_wheels.pose
+        pose, twist, yaw = truth.pose, truth.twist, truth.unwrapped_yaw
         up = simulation.link_pose(robot.base)
         roll, pitch, _ = up.rpy
         tilt = math.acos(min(1.0, max(-1.0, float(up.rotation[2, 2]))))
@@ -131,20 +135,20 @@ class Sampler:
                 pose.x,
                 pose.y,
                 float(up.translation[2]),
-                pose.yaw,
+                yaw,
                 roll,
                 pitch,
                 tilt,
                 since.x,
                 since.y,
-                pose.yaw - self._start.yaw,
+                yaw - self._start_yaw,
                 float(up.translation[2]) - self._height,
                 self._distance,
                 math.hypot(twist.x, twist.y),
                 twist.yaw,
                 odometry.x,
                 odometry.y,
-                odometry.yaw,
+                by_wheels.unwrapped_yaw + self._odometry_yaw,
                 math.hypot(pose.x - odometry.x, pose.y - odometry.y),
                 command.x,
                 command.y,

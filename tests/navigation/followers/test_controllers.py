@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from kbot.kinematics import PlanarPose, PlanarTwist
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import arc
-from kbot.navigation.controller import ControllerLimits, Observation, twist, wrapped
+from kbot.navigation.controller import ControllerLimits, Observation, twist
 from kbot.navigation.followers.go_to_pose import GoToPose
 from kbot.navigation.followers.obstacle_guard import ObstacleGuard
 from kbot.navigation.followers.pure_pursuit import PurePursuit, RegulatedPurePursuit
@@ -40,7 +41,7 @@ def test_go_to_pose_reaches_its_goal(goal):
     goal = PlanarPose(*goal)
     end = _drive(GoToPose(goal), PlanarPose(0, 0, 0.3))[-1]
     assert math.hypot(end.x - goal.x, end.y - goal.y) < 0.012
-    assert abs(wrapped(end.yaw - goal.yaw)) <= 0.02
+    assert abs(wrap(end.yaw - goal.yaw)) <= 0.02
 
 
 def test_pure_pursuit_steers_along_the_arc_through_the_point_ahead():
@@ -67,7 +68,7 @@ def test_a_corner_is_cut_by_less_than_the_lookahead():
     off = max(min(abs(p.y) if p.x < 1 else 9, math.hypot(p.x - 1, max(-p.y, p.y - 1, 0))) for p in poses)
     assert off < 0.05
     assert math.hypot(poses[-1].x - 1, poses[-1].y - 1) < 0.02
-    assert abs(wrapped(poses[-1].yaw)) < 0.021
+    assert abs(wrap(poses[-1].yaw)) < 0.021
 
 
 def test_a_path_that_crosses_itself_is_followed_in_order():

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from kbot.kinematics import PlanarPose, PlanarTwist
+from kbot.kinematics.angles import wrap
 from kbot.model.load import load_robot
-from kbot.navigation.controller import Observation, twist, wrapped
+from kbot.navigation.controller import Observation, twist
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.planning.grid_planner import GridPlanner
 from kbot.navigation.simulated.pilot import Pilot
@@ -35,7 +36,7 @@ def test_goals_are_reached(robot, world, goal):
     trip = go_to(Simulation(robot, world), PlanarPose(*goal))
     assert trip.reached, trip.status
     assert math.hypot(trip.pose.x - goal[0], trip.pose.y - goal[1]) < 0.015
-    assert abs(wrapped(trip.pose.yaw - goal[2])) < 0.03
+    assert abs(wrap(trip.pose.yaw - goal[2])) < 0.03
     assert trip.distance < 1.1 * trip.shortest + 0.02
     assert trip.odometry_error < 0.005
 

@@ -8,8 +8,9 @@ import pytest
 
 from kbot.cli.main import main
 from kbot.kinematics import PlanarPose, PlanarTwist
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import arc
-from kbot.navigation.controller import Observation, twist, wrapped
+from kbot.navigation.controller import Observation, twist
 from kbot.navigation.followers.go_to_pose import GoToPose
 from kbot.navigation.goal_status import GoalState
 from kbot.navigation.planning.grid_planner import GridPlanner
@@ -89,7 +90,7 @@ def test_the_robot_reaches_the_goal_with_any_turning_centre(goal, centre):
     status, pose, _ = _go(goal, centre)
     assert status.state is GoalState.REACHED, status
     assert math.hypot(pose.x - goal[0], pose.y - goal[1]) <= 0.01
-    assert abs(wrapped(pose.yaw - goal[2])) <= 0.02
+    assert abs(wrap(pose.yaw - goal[2])) <= 0.02
 
 
 @pytest.mark.parametrize(("x", "y"), [(-0.02, -0.098), (-0.005, -0.098), (-0.03, 0.095), (0.0, 0.0995)])
@@ -141,7 +142,7 @@ def test_a_robot_with_skidding_wheels_is_at_the_goal_that_it_reports_as_reached(
     pose, navigation = report["pose"], report["navigation"]
     assert navigation["off_m"] == pytest.approx(math.hypot(pose["x"], pose["y"] + 1.0))
     assert navigation["off_m"] < 0.01
-    assert navigation["off_rad"] == pytest.approx(abs(wrapped(pose["yaw"] - 1.57)))
+    assert navigation["off_rad"] == pytest.approx(abs(wrap(pose["yaw"] - 1.57)))
     assert navigation["off_rad"] < 0.02
 
 

@@ -1,4 +1,4 @@
-import { wrap } from "../angles";
+import { wrap, yawOf } from "../angles";
 import type { App } from "../app";
 import type { Driver } from "../drive-keys";
 import { h, panel, readout, rounded, write } from "../dom";
@@ -172,9 +172,8 @@ function meter(label: string, unit: string, digits: number): Meter {
 function standing(app: App, state: State): [number, number, number] {
   const scene = app.scene.value;
   const root = scene?.links.findIndex((link) => link.name === scene.root) ?? -1;
-  const [x = 0, y = 0, , qx = 0, qy = 0, qz = 0, qw = 1] =
-    root < 0 ? [] : state.poses.slice(root * 7, root * 7 + 7);
-  return [x, y, Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))];
+  const [x = 0, y = 0, , ...turn] = root < 0 ? [] : state.poses.slice(root * 7, root * 7 + 7);
+  return [x, y, yawOf(turn)];
 }
 
 /** A title with x, y and yaw. */

@@ -1,5 +1,6 @@
 import { Quaternion, Vector3 } from "three";
 
+import { yawOf } from "../angles";
 import type { App } from "../app";
 import type { View } from "../view/view";
 import { Arrow } from "./arrow";
@@ -33,11 +34,6 @@ export function robotPose(app: App): { place: Vector3; yaw: number } {
   const at = Math.max(0, scene?.links.findIndex((link) => link.name === scene.root) ?? 0) * 7;
   const poses = (state?.poses ?? [0, 0, 0, 0, 0, 0, 1]) as number[];
   return { place: new Vector3().fromArray(poses, at), yaw: yawOf(poses.slice(at + 3, at + 7)) };
-}
-
-/** The yaw of a quaternion x, y, z, w. */
-export function yawOf([x = 0, y = 0, z = 0, w = 1]: readonly number[]): number {
-  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
 /** 2D goal. A click without a drag uses the heading from the robot to the goal. */

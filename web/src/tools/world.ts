@@ -1,11 +1,12 @@
 import { Vector3 } from "three";
 
+import { yawOf } from "../angles";
 import type { App } from "../app";
 import { h } from "../dom";
 import { letGo } from "../focus";
 import type { View } from "../view/view";
 import { Arrow } from "./arrow";
-import { robotPose, yawOf } from "./poses";
+import { robotPose } from "./poses";
 import type { Tool } from "./tool";
 
 /** Milliseconds between two positions that are sent during a drag. */

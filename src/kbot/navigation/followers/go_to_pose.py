@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, same_side, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, same_side, twist
 
 _AIMED = math.radians(30)
 """With a larger bearing to the goal, the robot turns before it drives."""
@@ -55,7 +56,7 @@ class GoToPose:
         return twist(self._way * max(speed, 0.02), self.limits.turn_to(bearing))
 
     def _turn(self, observation: Observation) -> Twist:
-        off = 0.0 if self.any_heading else wrapped(self.goal.yaw - observation.pose.yaw)
+        off = 0.0 if self.any_heading else wrap(self.goal.yaw - observation.pose.yaw)
         self.heading_error, self.remaining = off, 0.0
         if abs(off) <= self.limits.angle:
             self.is_done = True

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from kbot.kinematics.angles import wrap
 from kbot.messages import Twist, Vector3
-from kbot.navigation.controller import GENTLE, PLANNED_BRAKING, STILL, ControllerLimits, Observation, wrapped
+from kbot.navigation.controller import GENTLE, PLANNED_BRAKING, STILL, ControllerLimits, Observation
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
@@ -61,7 +62,7 @@ class HolonomicFollower:
         self.remaining = float(self._along[-1]) - self._place
         goal_x, goal_y, goal_yaw = self._poses[-1].tolist()
         off = math.hypot(goal_x - pose.x, goal_y - pose.y)
-        turned = wrapped(goal_yaw - pose.yaw)
+        turned = wrap(goal_yaw - pose.yaw)
         if off <= 0.5 * limits.distance and abs(turned) <= 0.5 * min(limits.angle, 1.0):
             self.is_done = observation.is_at_rest
             return STILL
@@ -72,7 +73,7 @@ class HolonomicFollower:
         ahead = self._reference(self._place + step)
         span = min(step, max(self.remaining, 1e-9))
         drive = [speed * (b - a) / span for a, b in zip((at_x, at_y, at_yaw), ahead, strict=True)]
-        error = x - pose.x, y - pose.y, wrapped(yaw - pose.yaw)
+        error = x - pose.x, y - pose.y, wrap(yaw - pose.yaw)
         vx, vy, w = (d + _GAIN * (e - d * _AHEAD) for d, e in zip(drive, error, strict=True))
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         return self._limited(cos * vx + sin * vy, cos * vy - sin * vx, w)

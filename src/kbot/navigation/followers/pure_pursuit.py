@@ -12,8 +12,9 @@ import math
 
 import numpy as np
 
+from kbot.kinematics.angles import wrap
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, same_side, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, same_side, twist
 from kbot.navigation.path import Path
 from kbot.text import KbotError
 
@@ -82,7 +83,7 @@ class PurePursuit:
 
     def _finish(self, observation: Observation) -> Twist:
         yaw = self.path.yaw
-        off = 0.0 if yaw is None else wrapped(yaw - observation.pose.yaw)
+        off = 0.0 if yaw is None else wrap(yaw - observation.pose.yaw)
         self.remaining, self.heading_error = 0.0, off
         if abs(off) <= self.limits.angle:
             self.is_done = True

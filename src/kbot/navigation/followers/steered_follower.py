@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.angles import wrap
 from kbot.messages import Twist
 from kbot.navigation.controller import (
     GENTLE,
@@ -24,7 +25,6 @@ from kbot.navigation.controller import (
     ControllerLimits,
     Observation,
     twist,
-    wrapped,
 )
 from kbot.navigation.path import Path
 from kbot.text import KbotError
@@ -123,7 +123,7 @@ class SteeredFollower:
             self._stops = True
             return self._stop(observation)
         off = -math.sin(yaw) * (pose.x - x) + math.cos(yaw) * (pose.y - y)
-        turned = wrapped(pose.yaw - yaw)
+        turned = wrap(pose.yaw - yaw)
         preview = self._reference(piece, self._along + abs(observation.twist.x) * self._lag)[3]
         curvature = self._steer(preview, off, turned, piece.direction)
         self._measure(observation)

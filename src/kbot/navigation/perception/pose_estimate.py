@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 
 _HISTORY = 200
@@ -65,7 +66,7 @@ class PoseEstimate:
         integrated = self._integrated_at(time)
         self._matched = pose @ integrated.inverse()
         off = math.hypot(pose.x - integrated.x, pose.y - integrated.y)
-        turned_off = abs(pose.yaw - integrated.yaw)
+        turned_off = abs(wrap(pose.yaw - integrated.yaw))
         if (
             off > _OFF + _OFF_PER_WAY * self._way
             or turned_off > _TURNED_OFF + _TURNED_OFF_PER_WAY * self._way
@@ -114,9 +115,10 @@ class PoseEstimate:
                 if math.isinf(later_time):
                     return pose
                 share = (time - then) / (later_time - then)
-                return PlanarPose(*(
-                    a + share * (b - a)
-                    for a, b in zip((pose.x, pose.y, pose.yaw), (later.x, later.y, later.yaw), strict=True)
-                ))  # fmt: skip
+                return PlanarPose(
+                    pose.x + share * (later.x - pose.x),
+                    pose.y + share * (later.y - pose.y),
+                    wrap(pose.yaw + share * wrap(later.yaw - pose.yaw)),
+                )
             later, later_time = pose, then
         return later

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 
 Points = NDArray[np.float64]
@@ -97,7 +98,7 @@ class ScanMatcher:
         before = self._before
         moved = math.hypot(predicted.x - before.x, predicted.y - before.y)
         slip = _LEAST_SLIP + _SLIP * moved
-        turned = abs(predicted.yaw - before.yaw)
+        turned = abs(wrap(predicted.yaw - before.yaw))
         if has_gyro:
             turn = _LEAST_TURN_SLIP + _TURN_SLIP * turned
         else:

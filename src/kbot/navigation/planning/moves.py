@@ -10,9 +10,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.angles import wrap, wrap_all
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.navigation.controller import wrapped as wrapped_angle
-from kbot.navigation.planning.reeds_shepp import along_arc, distances, path_between, wrapped
+from kbot.navigation.planning.reeds_shepp import along_arc, distances, path_between
 
 Values = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class HolonomicMoves:
         straight = np.hypot(goal.x - poses[:, 0], goal.y - poses[:, 1])
         if any_heading:
             return straight
-        turn = wrapped(goal.yaw - poses[:, 2])
+        turn = wrap_all(goal.yaw - poses[:, 2])
         with_turn: Values = straight + self._turning * np.abs(turn)
         return with_turn
 
@@ -128,7 +128,7 @@ class HolonomicMoves:
         self, start: PlanarPose, goal: PlanarPose, any_heading: bool, most: float
     ) -> Iterator[Values]:
         """A straight line on which the heading changes steadily, and those that turn before or after it."""
-        turn = 0.0 if any_heading else wrapped_angle(goal.yaw - start.yaw)
+        turn = 0.0 if any_heading else wrap(goal.yaw - start.yaw)
         length = math.hypot(goal.x - start.x, goal.y - start.y)
         if length + self._turning * abs(turn) >= most:
             return
@@ -156,4 +156,4 @@ class HolonomicMoves:
 def _steps(poses: Values) -> tuple[Values, Values, Values]:
     """The changes of x, y and heading between each two poses."""
     x, y, turn = np.diff(poses, axis=0).T
-    return x, y, wrapped(turn)
+    return x, y, wrap_all(turn)

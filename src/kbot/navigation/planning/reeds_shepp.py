@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.kinematics.angles import wrap_all
 from kbot.kinematics.planar_pose import PlanarPose, arc
 
 Values = NDArray[np.float64]
@@ -135,12 +136,6 @@ def _positive(angle: Values) -> Values:
     return np.where(positive > _TURNS - _ROUNDING, 0.0, positive)
 
 
-def wrapped(angle: Values) -> Values:
-    """The same angle from -pi to pi."""
-    turned: Values = np.mod(angle + np.pi, _TURNS) - np.pi
-    return turned
-
-
 def _csc_same(xi: Values, eta: Values, turn: Values) -> _Word:
     """L S L (8.1)."""
     u, t = np.hypot(xi, eta), np.arctan2(eta, xi)
@@ -163,7 +158,7 @@ def _ccc(xi: Values, eta: Values, turn: Values) -> _Word:
     away = np.hypot(xi, eta)
     u = -2.0 * np.arcsin(np.minimum(away, 4.0) / 4.0)
     t = _positive(np.arctan2(eta, xi) + u / 2.0 + np.pi)
-    v = wrapped(turn - t + u)
+    v = wrap_all(turn - t + u)
     return "LRL", np.stack([t, u, v]), away <= 4.0
 
 
@@ -189,7 +184,7 @@ def _ccsc_same(xi: Values, eta: Values, turn: Values) -> _Word:
     r = np.sqrt(away * away - 4.0)
     u = 2.0 - r
     t = _positive(np.arctan2(eta, xi) + np.arctan2(r, -2.0))
-    v = wrapped(turn - np.pi / 2.0 - t)
+    v = wrap_all(turn - np.pi / 2.0 - t)
     quarter = np.full_like(t, -np.pi / 2.0)
     return "LRSL", np.stack([t, quarter, u, v]), (away >= 2.0) & (u <= _ROUNDING) & (v <= _ROUNDING)
 
@@ -199,7 +194,7 @@ def _ccsc_other(xi: Values, eta: Values, turn: Values) -> _Word:
     away = np.hypot(xi, eta)
     t = _positive(np.arctan2(xi, -eta))
     u = 2.0 - away
-    v = wrapped(t + np.pi / 2.0 - turn)
+    v = wrap_all(t + np.pi / 2.0 - turn)
     quarter = np.full_like(t, -np.pi / 2.0)
     return "LRSR", np.stack([t, quarter, u, v]), (away >= 2.0) & (v <= _ROUNDING)
 
@@ -209,7 +204,7 @@ def _ccscc(xi: Values, eta: Values, turn: Values) -> _Word:
     away = np.hypot(xi, eta)
     u = 4.0 - np.sqrt(away * away - 4.0)
     t = _positive(np.arctan2((4.0 - u) * xi - 2.0 * eta, -2.0 * xi + (u - 4.0) * eta))
-    v = wrapped(t - turn)
+    v = wrap_all(t - turn)
     quarter = np.full_like(t, -np.pi / 2.0)
     return (
         "LRSLR",
@@ -220,12 +215,12 @@ def _ccscc(xi: Values, eta: Values, turn: Values) -> _Word:
 
 def _tau_omega(u: Values, v: Values, xi: Values, eta: Values, turn: Values) -> tuple[Values, Values]:
     """The first and the last piece of a word with four curves (8.6)."""
-    delta = wrapped(u - v)
+    delta = wrap_all(u - v)
     a, b = np.sin(u) - np.sin(delta), np.cos(u) - np.cos(delta) - 1.0
     angle = np.arctan2(eta * a - xi * b, xi * a + eta * b)
     side = 2.0 * (np.cos(delta) - np.cos(v) - np.cos(u)) + 3.0
     tau = _positive(np.where(side < 0.0, angle + np.pi, angle))
-    return tau, wrapped(tau - u + v - turn)
+    return tau, wrap_all(tau - u + v - turn)
 
 
 _FORMULAS: tuple[Callable[[Values, Values, Values], _Word], ...] = (

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
-from kbot.navigation.controller import wrapped
 from kbot.navigation.goal_status import GoalReport, GoalState
 from kbot.navigation.simulated.arrival_watch import ArrivalWatch
 from kbot.navigation.simulated.collision_watch import CollisionWatch
@@ -51,7 +51,7 @@ class Trip:
     @property
     def turned_off(self) -> float:
         """The true angle to the goal's heading in rad, at most pi."""
-        return abs(wrapped(self.status.goal.yaw - self.pose.yaw))
+        return abs(wrap(self.status.goal.yaw - self.pose.yaw))
 
     @property
     def state(self) -> GoalState:

@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass, replace
 from itertools import product
 
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
-from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, twist, wrapped
+from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, twist
 from kbot.navigation.followers.go_to_pose import GoToPose
 from kbot.navigation.followers.obstacle_guard import ObstacleGuard
 from kbot.navigation.followers.path_follower import Guidance, PathFollower
@@ -199,7 +200,7 @@ class Navigator:
         if self.guidance is not None:
             pose = pose @ self.guidance.point.inverse()
         off = math.hypot(goal.x - pose.x, goal.y - pose.y)
-        turned = abs(wrapped(goal.yaw - pose.yaw))
+        turned = abs(wrap(goal.yaw - pose.yaw))
         if off <= limits.distance and turned <= limits.angle:
             return self._end(GoalState.REACHED, "")
         if run.corrections >= self.settings.corrections:

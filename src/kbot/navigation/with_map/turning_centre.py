@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import Observation
@@ -43,7 +44,7 @@ class TurningCentre:
         self._last = None
 
     def _add(self, before: PlanarPose, now: PlanarPose) -> None:
-        turned = now.yaw - before.yaw
+        turned = wrap(now.yaw - before.yaw)
         half_way = PlanarPose(before.x, before.y, before.yaw + turned / 2.0)
         forward, left = half_way.local(now.x, now.y)
         self._forward += math.copysign(forward, forward * turned)

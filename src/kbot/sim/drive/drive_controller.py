@@ -7,7 +7,6 @@ from dataclasses import replace
 from math import inf
 
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive, find_drive
-from kbot.kinematics.planar_pose import PlanarPose
 from kbot.model import RobotModel
 from kbot.sim.drive.holonomic_servos import HolonomicServos
 from kbot.sim.drive.odometry_settings import Source
@@ -18,8 +17,10 @@ from kbot.sim.drive.wheel_servos import ServoState, WheelServos
 from kbot.sim.engine.engine import Engine
 from kbot.sim.recipe import CONTROL_PERIOD, SLEW_PERIOD
 from kbot.sim.wheel_odometry import (
+    ORIGIN,
     CommandOdometry,
     Motion,
+    Place,
     PlanarOdometry,
     TrueOdometry,
     WheelOdometry,
@@ -162,7 +163,7 @@ class DriveController:
     def odometry(self) -> Motion:
         """The base's pose in the odometry frame and its twist in its own frame, computed from the wheels."""
         servos = self._servos
-        return Motion(self._odometry.pose(*servos.angles()), self._odometry.twist(*servos.speeds()))
+        return Motion.of(self._odometry.base(*servos.angles()), self._odometry.twist(*servos.speeds()))
 
     @property
     def has_true_odometry(self) -> bool:
@@ -170,8 +171,8 @@ class DriveController:
         return isinstance(self._odometry, TrueOdometry)
 
     @property
-    def axle(self) -> tuple[float, float, float]:
-        """The axle's pose (m, m, rad) by odometry, as of the last `tick`."""
+    def axle(self) -> Place:
+        """The axle's place by odometry, as of the last `tick`."""
         return self._odometry.axle
 
     def restart_odometry(self) -> None:
@@ -185,8 +186,8 @@ class DriveController:
     def take_over(self, other: DriveController | None) -> None:
         """Continue the odometry and the command of another drive, if there is one."""
         self.settle()
-        pose = PlanarPose() if other is None else other.odometry.pose
-        self._odometry.start_at(pose, *self._servos.angles())
+        base = ORIGIN if other is None else other._odometry.base(*other._servos.angles())
+        self._odometry.start_at(base, *self._servos.angles())
         if other is not None:
             self.drive_at(*other._controller.target, other._controller.deadline)
 
