@@ -1,5 +1,6 @@
 """Tests the command `kbot launch`."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -172,12 +173,53 @@ def test_several_packages_of_one_name(
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "package.xml").write_text("<package><name>bot</name></package>")
         (tmp_path / folder / "x.launch").write_text("<launch/>")
-    assert run(["launch", "bot", "x.launch", "--nodes"]) == 0
-    assert f"warning: several packages are named 'bot': using {tmp_path / 'a'}" in output(capsys)[1]
-    run(["check", "bot"])
-    assert (
-        f"several packages are named 'bot': using {tmp_path / 'a'}, not {tmp_path / 'b'}" in output(capsys)[1]
+    text = f"several packages are named 'bot': {tmp_path / 'a'}, {tmp_path / 'b'}"
+    for words in (
+        ["launch", "bot", "x.launch", "--nodes"],
+        ["launch", "bot"],
+        ["check", "bot"],
+        ["try", "bot"],
+    ):
+        assert run(words) == 2, words
+        assert text in "".join(output(capsys))
+    # a variable and an option decide
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path / 'b'}{os.pathsep}{tmp_path / 'a'}")
+    assert run(["launch", "bot", "x.launch", "--files"]) == 0
+    assert output(capsys)[0].strip() == str(tmp_path / "b/x.launch")
+    assert run(["launch", "bot", "x.launch", "--files", "--package-path", str(tmp_path / "a")]) == 0
+    assert output(capsys)[0].strip() == str(tmp_path / "a/x.launch")
+
+
+@pytest.mark.parametrize("text", ['<xacro:include filename="$(find bot)/x.xacro"/>', '<m v="$(find bot)"/>'])
+def test_a_description_needs_one_package_of_several(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], text: str
+) -> None:
+    """An include is not skipped as that of an absent package is."""
+    monkeypatch.chdir(tmp_path)
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "package.xml").write_text("<package><name>bot</name></package>")
+    robot = tmp_path / "robot.xacro"
+    robot.write_text(
+        f'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n{text}\n<link name="a"/></robot>'
     )
+    assert run(["check", str(robot)]) == 1
+    out = output(capsys)[0]
+    assert "robot.xacro:2:" in out
+    assert f"error: several packages are named 'bot': {tmp_path / 'a'}, {tmp_path / 'b'} [X114]" in out
+
+
+def test_a_mesh_of_one_of_several_packages_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "package.xml").write_text("<package><name>bot</name></package>")
+    mesh = '<visual><geometry><mesh filename="package://bot/m.stl"/></geometry></visual>'
+    (tmp_path / "robot.urdf").write_text(f'<robot name="r"><link name="a">\n{mesh}</link></robot>')
+    assert run(["check", "robot.urdf"]) == 1
+    assert "several packages are named 'bot': " in "".join(output(capsys))
 
 
 def test_parameters_are_dumped_as_yaml(launch: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kbot.xacro import PackageNotFound, Packages, expand
+from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages, expand
 from kbot.xacro.packages import SHIPPED, is_shipped, may_change, public_repositories
 
 pytestmark = pytest.mark.usefixtures("no_packages")
@@ -86,15 +86,98 @@ def test_uris(tmp_path: Path) -> None:
     assert packages.resolve("https://example.org/a.stl") is None
 
 
-def test_others_of_a_name_in_the_working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+CHAPTERS = ("chapter-02/bot", "chapter-03/bot")
+"""Packages of one name, relative to the working directory."""
+
+
+@pytest.mark.parametrize("packages", [CHAPTERS, ("bot", "old/bot"), ("a/x", "b/deep/y"), ("src/a", "src/b")])
+@pytest.mark.parametrize("around", [None, "elsewhere/robot.xacro", "robot.xacro", "robot/urdf/robot.xacro"])
+def test_an_ambiguous_package_is_an_error_that_lists_the_places(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, packages: tuple[str, str], around: str | None
+) -> None:
+    here = tmp_path / "here"
+    first, second = (package(here / folder, "bot") for folder in packages)
+    monkeypatch.chdir(here)
+    place = None if around is None else str(tmp_path / around if "else" in around else here / around)
+    if around == "robot.xacro" and packages[0] == "bot":
+        assert Packages(around=place).find("bot") == str(first)  # it is beside the file
+        return
+    for _ in range(2):
+        searched = Packages(around=place)
+        with pytest.raises(AmbiguousPackage) as caught:
+            searched.find("bot")
+        assert str(caught.value) == (
+            f"several packages are named 'bot': {first}, {second}: "
+            "add the right one to --package-path or ROS_PACKAGE_PATH"
+        )
+        assert searched.folder("bot") is None
+
+
+@pytest.mark.parametrize(
+    "file", ["chapter-03/bot/launch/x.launch", "chapter-03/x.launch", "chapter-03/launch/deep/x.launch"]
+)
+def test_the_folder_of_the_file_decides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str) -> None:
+    _, third = (package(tmp_path / folder, "bot") for folder in CHAPTERS)
     monkeypatch.chdir(tmp_path)
-    first, second = package(tmp_path / "a", "bot"), package(tmp_path / "b", "bot")
-    elsewhere = package(tmp_path / "build" / "c", "bot")  # a folder that is not searched
-    assert Packages().find("bot") == str(first)
-    assert Packages().others("bot") == (str(second),)
-    assert Packages([str(elsewhere)]).others("bot") == ()
-    with pytest.raises(PackageNotFound):
-        Packages().others("none")
+    assert Packages(around=str(tmp_path / file)).find("bot") == str(third)
+
+
+def test_the_nearest_workspace_decides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = package(tmp_path / "second/src/robot", "robot")
+    package(tmp_path / "first/src/bot", "bot")
+    near = package(tmp_path / "second/src/group/bot", "bot")
+    monkeypatch.chdir(tmp_path)
+    assert Packages(around=str(robot / "robot.xacro")).find("bot") == str(near)
+    monkeypatch.chdir(near)
+    assert Packages().find("bot") == str(near)
+
+
+def test_the_order_of_paths_and_variables_decides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """rospack and ament use the first package that they find."""
+    second, third = (package(tmp_path / folder, "bot") for folder in CHAPTERS)
+    prefixes = [tmp_path / "one", tmp_path / "two"]
+    installed = [package(prefix / "share/bot", "bot") for prefix in prefixes]
+    monkeypatch.chdir(tmp_path)
+    for order in (slice(None), slice(None, None, -1)):
+        parents = [str(folder.parent) for folder in (second, third)][order]
+        assert Packages(parents).find("bot") == str(Path(parents[0]) / "bot")
+        with monkeypatch.context() as environment:
+            environment.setenv("ROS_PACKAGE_PATH", os.pathsep.join(parents))
+            assert Packages().find("bot") == str(Path(parents[0]) / "bot")
+        with monkeypatch.context() as environment:
+            environment.setenv("AMENT_PREFIX_PATH", os.pathsep.join(map(str, prefixes[order])))
+            assert Packages().find("bot") == str(installed[order][0])
+    with monkeypatch.context() as environment:  # several below one folder of the variable: the first one, too
+        environment.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+        assert Packages().find("bot") == str(second)
+    with pytest.raises(AmbiguousPackage):
+        Packages([str(tmp_path)]).find("bot")
+
+
+def test_a_package_that_is_seen_twice_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = package(tmp_path / "src/bot", "bot")
+    for built in ("build/bot", "install/bot/share/bot", "install_isolated/share/bot", ".cache/bot"):
+        package(tmp_path / built, "bot")
+    package(tmp_path / "archive/bot", "bot")
+    (tmp_path / "archive/COLCON_IGNORE").touch()
+    (tmp_path / "links").mkdir()
+    (tmp_path / "links/bot").symlink_to(own)
+    monkeypatch.chdir(tmp_path)
+    assert Path(Packages().find("bot")).resolve() == own
+    assert Path(Packages([str(tmp_path)]).find("bot")).resolve() == own
+
+
+def test_folders_with_the_name_of_a_shipped_package_are_ambiguous_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Learners create the folders of the chapters by hand, some without a package.xml."""
+    package(tmp_path / "chapter-03/kbot_description", "kbot_description")
+    (tmp_path / "chapter-02/kbot_description/urdf").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(AmbiguousPackage):
+        Packages().find("kbot_description")
+    file = tmp_path / "chapter-02/kbot_description/urdf/kbot.xacro"
+    assert Packages(around=str(file)).find("kbot_description") == str(file.parents[1])
 
 
 def test_the_shipped_package_is_found_last() -> None:

@@ -21,7 +21,7 @@ from kbot.checks.formats import github, junit, relative, sarif
 from kbot.checks.ranking import folded, is_note, ranked, summary
 from kbot.checks.settings import with_selection
 from kbot.cli.arguments import NO_FILE, collect_options, examples, package_path_option, split_arguments
-from kbot.cli.output import fail, has_color, is_unusable, print_json, warn_about_duplicates
+from kbot.cli.output import fail, has_color, is_unusable, print_json
 from kbot.cli.progress import busy
 from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
@@ -30,7 +30,7 @@ from kbot.text.files import unsaved
 from kbot.text.notes import note
 from kbot.text.render import count, render_text, to_json
 from kbot.text.suggest import did_you_mean
-from kbot.xacro import PackageNotFound, Packages
+from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages
 
 _FORMATS = ("text", "json", "sarif", "github", "junit")
 
@@ -268,13 +268,15 @@ def _resolve(word: str, packages: Packages) -> str:
     if os.path.exists(word) or "/" in word or "\\" in word or "." in word:  # noqa: PTH110 - any text will do
         return word
     try:
-        folder = packages.find(word)
+        return packages.find(word)
+    except AmbiguousPackage as error:
+        raise DescriptionError(
+            [Diagnostic("F001", Severity.ERROR, error.problem, None, error.hint)]
+        ) from None
     except PackageNotFound as error:
         hint = did_you_mean(word, [path.name for path in Path().iterdir()]) or error.hint
         message = f"there is no file, folder or package '{word}'"
         raise DescriptionError([Diagnostic("F001", Severity.ERROR, message, None, hint)]) from None
-    warn_about_duplicates(word, packages)
-    return folder
 
 
 def _apply_fixes(

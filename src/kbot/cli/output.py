@@ -19,7 +19,6 @@ from kbot.text.render import render_text
 
 if TYPE_CHECKING:
     from kbot.model.load import Loaded
-    from kbot.xacro import Packages
 
 
 _DESCRIPTIONS = (".xacro", ".urdf", ".xml")
@@ -103,17 +102,6 @@ def _takes_values(context: click.Context | None) -> bool:
 def is_unusable(diagnostic: Diagnostic) -> bool:
     """Whether a finding means that a file is unusable: it is missing, not text, or not XML."""
     return diagnostic.is_error and diagnostic.code.startswith(("F", "P"))
-
-
-def warn_about_duplicates(package: str, packages: Packages) -> None:
-    """Print which package is used if the working directory contains several with this name."""
-    others = packages.others(package)
-    if others:
-        used = packages.find(package)
-        click.echo(
-            f"warning: several packages are named '{package}': using {used}, not {', '.join(others)}",
-            err=True,
-        )
 
 
 def print_json(value: object, indent: int | None = 2) -> None:

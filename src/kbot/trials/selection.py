@@ -25,7 +25,7 @@ from kbot.trials.scenario_file import (
     yaml_scenarios,
 )
 from kbot.worker import WorkerLimits
-from kbot.xacro import PackageNotFound, Packages
+from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages
 
 NO_ROBOT = "the scenario '{}' names no robot. Add robot: FILE, or try a robot with kbot try ROBOT --battery"
 ALL = "all"
@@ -291,10 +291,10 @@ def _scenario_path(word: str) -> str:
 
 def _has_only_robots(word: str) -> bool:
     """Whether a word is a package or folder with robots, but without scenario files."""
+    folder = word if Path(word).exists() else _package(word)
+    if not folder or not Path(folder).is_dir():
+        return False
     try:
-        folder = word if Path(word).exists() else _package(word)
-        if not folder or not Path(folder).is_dir():
-            return False
         find_scenario_files(folder)
     except KbotError:
         return (Path(folder) / "package.xml").is_file() or _has_robot(folder)
@@ -318,6 +318,8 @@ def _package(word: str) -> str:
         return ""
     try:
         return Packages().find(word)
+    except AmbiguousPackage:
+        raise
     except PackageNotFound:
         return ""
 

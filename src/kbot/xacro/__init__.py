@@ -7,8 +7,19 @@ from kbot.xacro.result import Expansion
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from kbot.xacro.packages import PackageNotFound, Packages
+    from kbot.xacro.packages import AmbiguousPackage, PackageNotFound, Packages
 
-__all__ = ["Expansion", "Limits", "PackageNotFound", "Packages", "clear_cache", "expand", "expand_text"]
+__all__ = [
+    "AmbiguousPackage",
+    "Expansion",
+    "Limits",
+    "PackageNotFound",
+    "Packages",
+    "clear_cache",
+    "expand",
+    "expand_text",
+]
 
-__getattr__ = lazy_names(__name__, {"PackageNotFound": "packages", "Packages": "packages"})
+__getattr__ = lazy_names(
+    __name__, {"AmbiguousPackage": "packages", "PackageNotFound": "packages", "Packages": "packages"}
+)

@@ -4,6 +4,10 @@ Search order: the given paths, AMENT_PREFIX_PATH, ROS_PACKAGE_PATH, folders with
 file and in the working directory, and last the packages that ship with KBot. Symbolic links are not resolved:
 the result starts with a path as it was given.
 
+The order of paths and variables decides between packages of one name, as in ROS (rospack: "the first one
+found wins"). The order of a search in folders decides nothing: there, several packages of one name are an
+error, as for colcon and catkin, unless one of them is nearest to the file.
+
 A package that ships with KBot must never replace the user's own package of the same name. A nearby folder of
 that name is therefore the package even without a package.xml: learners create folders by hand.
 """
@@ -14,6 +18,7 @@ import os
 import re
 from contextlib import suppress
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 
 from kbot.text.errors import KbotError
@@ -30,7 +35,8 @@ SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 """The folder of the packages that ship with KBot."""
 
 _NAME = re.compile(r"<name>([^<]*)</name>")
-_SKIPPED_FOLDERS = {"build", "install", "log", "node_modules", "__pycache__", "site-packages"}
+_OF_CATKIN = {"build_isolated", "install_isolated"}
+_SKIPPED_FOLDERS = {"build", "install", "log", "node_modules", "__pycache__", "site-packages", *_OF_CATKIN}
 _IGNORE_MARKS = ("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE")
 _MAX_DEPTH = 8
 """Levels of folders that are searched."""
@@ -39,13 +45,17 @@ _MAX_FOLDERS = 20_000
 
 
 _ADD_TO_PATH = "add it to --package-path or ROS_PACKAGE_PATH"
+_CHOOSE = "add the right one to --package-path or ROS_PACKAGE_PATH"
 _HOW_TO_ADD = f"put its folder below the working directory, or {_ADD_TO_PATH}"
 _REPOSITORIES = Path(__file__).with_name("package_repositories.tsv")
 """The GitHub repositories of packages that robots often use. Each one was verified to contain the package."""
 
 
 class PackageNotFound(KbotError):
-    """There is no package with this name where packages are searched."""
+    """There is no package with this name where packages are searched.
+
+    `problem` and `hint` are the parts of its message.
+    """
 
     def __init__(
         self, name: str, known: Sequence[str], searched: Sequence[str], folder: str | None = None
@@ -65,7 +75,18 @@ class PackageNotFound(KbotError):
         else:
             self.hint = self.nearest or _HOW_TO_ADD
         self.searched = tuple(searched)
-        super().__init__(f"the package '{name}' is not found: {self.hint}")
+        self.problem = f"the package '{name}' is not found"
+        super().__init__(f"{self.problem}: {self.hint}")
+
+
+class AmbiguousPackage(PackageNotFound):
+    """Several packages with this name are where packages are searched, and none is nearest to the file."""
+
+    def __init__(self, name: str, places: Sequence[str]) -> None:
+        self.name, self.places, self.folder, self.nearest, self.searched = name, tuple(places), None, "", ()
+        self.problem = f"several packages are named '{name}': {', '.join(places)}"
+        self.hint = _CHOOSE
+        KbotError.__init__(self, f"{self.problem}: {self.hint}")
 
 
 class Packages:
@@ -86,7 +107,9 @@ class Packages:
         self._fallbacks: set[str] = set()
         """Names of packages for which KBot's own is used."""
         self._missing: dict[str, tuple[Sequence[str], Sequence[str], str | None]] = {}
-        self._crawled: dict[str, dict[str, str]] = {}
+        self._ambiguous: dict[str, Sequence[str]] = {}
+        """The folders of the packages between which nothing decides, by name."""
+        self._crawled: dict[str, dict[str, list[str]]] = {}
         self._enclosing: dict[str, dict[str, str]] = {}
         """For each folder: the folder and those that contain it, by folder name and by package name."""
 
@@ -102,8 +125,11 @@ class Packages:
 
         Raises:
             PackageNotFound: there is no such package. The error has a hint.
+            AmbiguousPackage: there are several, and nothing decides between them.
         """
         folder = self.folder(name)
+        if name in self._ambiguous:
+            raise AmbiguousPackage(name, self._ambiguous[name])
         if folder is None:
             if name not in self._missing:
                 self._missing[name] = (self.names(), self._roots(), self._same_named_folder(name))
@@ -122,25 +148,17 @@ class Packages:
         return folder
 
     def folder(self, name: str) -> str | None:
-        """The share folder of a package, or None. Sends no note."""
+        """The share folder of a package, or None, also if there are several. Sends no note."""
         if name not in self._found:
-            folder = self._search(name)
-            if folder is None and name in _shipped_names():
+            try:
+                folder = self._search(name)
+            except AmbiguousPackage as error:
+                folder, self._ambiguous[name] = None, error.places
+            if folder is None and name in _shipped_names() and name not in self._ambiguous:
                 folder = os.path.join(SHIPPED, name)
                 self._fallbacks.add(name)
             self._found[name] = folder
         return self._found[name]
-
-    def others(self, name: str) -> tuple[str, ...]:
-        """Further packages with this name in the working directory, if `find` returns one from there.
-
-        Raises:
-            PackageNotFound: there is no package with this name.
-        """
-        used = os.path.abspath(self.folder(name) or self.find(name))
-        found = _folders(str(Path.cwd()))
-        folders = [f for f, is_package in found if is_package and package_name(f) == name]
-        return tuple(f for f in folders if f != used) if used in folders else ()
 
     def resolve(self, uri: str, beside: str | None = None) -> str | None:
         """The file that a mesh's or texture's URI names, or None if it does not exist. See `expected`."""
@@ -208,7 +226,7 @@ class Packages:
         for prefix in _split("AMENT_PREFIX_PATH"):
             yield "AMENT_PREFIX_PATH", _installed(prefix, name)
         for root in _split("ROS_PACKAGE_PATH"):
-            yield "ROS_PACKAGE_PATH", self._beneath(root, name)
+            yield "ROS_PACKAGE_PATH", _beside(root, name) or next(iter(self._crawl(root).get(name, ())), None)
 
     def _hidden(self, name: str, used: str) -> str:
         """A note that an option or variable hides the user's own folder of this name. Empty if it does not.
@@ -222,7 +240,8 @@ class Packages:
         if own is None:
             own, relation = self._containing(here, name), "the folder that contains the working directory"
         if own is None and self.around is None:
-            own, relation = self._near(here, (str(here),), name), "the folder in the working directory"
+            with suppress(AmbiguousPackage):  # the option or variable decides between them
+                own, relation = self._near(here, (str(here),), name), "the folder in the working directory"
         if own is None or _is_same_package(used, own):
             return ""
         return f"the package {name} is {used} (from {self._origins[name]}), not {own}, {relation}"
@@ -232,9 +251,11 @@ class Packages:
         ships = name in _shipped_names()
         own = self._containing(place, name) if ships else None
         if own is not None:  # a repository may have the same name as the package in it
-            return self._crawl(own).get(name, own)
+            return self._only(name, self._crawl(own).get(name, [own]))
         for root in workspaces:
-            found = self._beneath(root, name)
+            # a package beside the file, or beside the package that contains it, is the nearest
+            beside_file = _beside(root, name) if self.around and place == _folder_of(self.around) else None
+            found = beside_file or self._only(name, self._crawl(root).get(name, ()))
             if found:
                 return found
         beside = (os.path.join(folder, name) for folder in (place, *place.parents))
@@ -270,15 +291,27 @@ class Packages:
                 return found
         return None
 
-    def _beneath(self, root: str, name: str) -> str | None:
-        direct = os.path.join(root, name)
-        if os.path.isfile(os.path.join(direct, "package.xml")) and package_name(direct) == name:
-            return direct
-        return self._crawl(root).get(name)
+    def _only(self, name: str, folders: Sequence[str]) -> str | None:
+        """The package of this name among folders that a search found, or None if there are none.
+
+        If there are several, it is the one that shares most of its path with the file. Raises
+        AmbiguousPackage: none does.
+        """
+        if len(folders) < 2:
+            return folders[0] if folders else None
+        different = {os.path.realpath(folder): folder for folder in reversed(folders)}  # the first of each
+        if len(different) > 1 and self.around:
+            place = _folder_of(self.around).resolve()
+            shared = {real: _shared_parts(place, Path(real)) for real in different}
+            most = max(shared.values())
+            different = {real: folder for real, folder in different.items() if shared[real] == most}
+        if len(different) > 1:
+            raise AmbiguousPackage(name, [folder for folder in folders if folder in different.values()])
+        return next(iter(different.values()))
 
     def _below(self, path: str, name: str) -> str | None:
         """A package at `path`, installed under it, or anywhere below it."""
-        return _installed(path, name) or self._crawl(path).get(name)
+        return _installed(path, name) or self._only(name, self._crawl(path).get(name, ()))
 
     def _prefixes(self) -> tuple[str, ...]:
         return (*self.paths, *_split("AMENT_PREFIX_PATH"))
@@ -303,17 +336,23 @@ class Packages:
                 yield folder, (str(package), str(package.parent))
         yield Path.cwd(), (str(Path.cwd()),)
 
-    def _crawl(self, root: str) -> dict[str, str]:
-        """Names and folders of the packages in a folder, which may itself be a package."""
+    def _crawl(self, root: str) -> dict[str, list[str]]:
+        """Names and folders of the packages in a folder, which may itself be a package. The nearest come
+        first."""
         known = self._crawled.get(root)
         if known is None:
-            known, shipped, called = {}, _shipped_names(), dict[str, str]()
+            known, shipped, called = {}, _shipped_names(), dict[str, list[str]]()
             for folder, is_package in _folders(root):
                 if is_package:
-                    known.setdefault(package_name(folder), folder)
-                if os.path.basename(folder) in shipped:
-                    called.setdefault(os.path.basename(folder), folder)
-            known = self._crawled[root] = {**called, **known}
+                    known.setdefault(package_name(folder), []).append(folder)
+                elif os.path.basename(folder) in shipped:
+                    called.setdefault(os.path.basename(folder), []).append(folder)
+            for name, folders in called.items():
+                # a repository may have the name of the package in it
+                inner = known.setdefault(name, [])
+                real = tuple(map(Path, inner))
+                inner += [f for f in folders if not any(path.is_relative_to(f) for path in real)]
+            self._crawled[root] = known
         return known
 
 
@@ -347,6 +386,19 @@ def _is_same_package(used: str, own: str) -> bool:
         if os.path.samefile(os.path.join(used, "package.xml"), os.path.join(own, "package.xml")):
             return True
     return Path(used).resolve().is_relative_to(Path(own).resolve())
+
+
+def _shared_parts(place: Path, folder: Path) -> int:
+    """How many folders two paths share, from the root on."""
+    same = (a == b for a, b in zip(place.parts, folder.parts, strict=False))
+    return sum(takewhile(bool, same))
+
+
+def _beside(root: str, name: str) -> str | None:
+    """ROOT/NAME if it is the package of this name."""
+    folder = os.path.join(root, name)
+    is_package = os.path.isfile(os.path.join(folder, "package.xml")) and package_name(folder) == name
+    return folder if is_package else None
 
 
 def _split(variable: str) -> list[str]:

@@ -23,6 +23,9 @@ _CONSTANTS: dict[str, object] = {
     **{name: value for name, value in vars(math).items() if not name.startswith("_")},
 }  # fmt: skip
 
+ABSENT = "absent package"
+"""The key of the error of a package that is not found begins with this."""
+
 
 def substitute(content: str, run: Run) -> str:
     """The value of `$(content)`.
@@ -96,14 +99,17 @@ def _arg(run: Run, words: list[str]) -> str:
 def _find(run: Run, words: list[str]) -> str:
     if len(words) != 1:
         raise XacroError("X111", f"$(find PACKAGE) takes one name, not {len(words)}")
-    from kbot.xacro.packages import PackageNotFound  # not every description has packages: start-up time
+    from kbot.xacro.packages import (  # not every description has packages: start-up time
+        AmbiguousPackage,
+        PackageNotFound,
+    )
 
     try:
         return run.packages.find(words[0])
+    except AmbiguousPackage as error:
+        raise XacroError("X114", error.problem, error.hint, key=("packages", error.name)) from None
     except PackageNotFound as error:
-        raise XacroError(
-            "X114", f"the package '{error.name}' is not found", error.hint, key=("package", error.name)
-        ) from None
+        raise XacroError("X114", error.problem, error.hint, key=(ABSENT, error.name)) from None
 
 
 def _env(run: Run, words: list[str]) -> str:

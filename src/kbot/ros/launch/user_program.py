@@ -45,7 +45,7 @@ def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
     try:
         folder = packages.find(node.package)
     except PackageNotFound as error:
-        return _not_run(node, f"the package '{node.package}' is not found", error.hint)
+        return _not_run(node, error.problem, error.hint)
     file = _in_package(Path(folder), node.type)
     if file is None:
         return _not_run(node, f"{folder} has no program {node.type}", "")

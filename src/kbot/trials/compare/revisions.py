@@ -16,7 +16,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.trials.compare.git import Repository, extract
 from kbot.trials.robot_folder import absolute, own_package, robot_of_folder
-from kbot.xacro import Packages
+from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages
 from kbot.xacro.assignments import Assignments, resolve_names
 
 _REVISION = re.compile(r"(?P<revision>[^:]+):(?P<path>.*)", re.DOTALL)
@@ -114,10 +114,13 @@ def _on_disk(word: str, values: dict[str, str], package_path: Sequence[str]) -> 
         return RecordingFile(word)
     file = resolve_robot_path(word)
     if word != SHIPPED_NAME and not Path(word).exists() and not _looks_like_a_path(word):
-        folder = Packages(package_path).folder(word)
-        if folder is None:
-            raise KbotError(f"{word} is not a file, a package, a recording or a git revision (REVISION:PATH)")
-        file = folder
+        try:
+            file = Packages(package_path).find(word)
+        except AmbiguousPackage:
+            raise
+        except PackageNotFound:
+            what = "a file, a package, a recording or a git revision (REVISION:PATH)"
+            raise KbotError(f"{word} is not {what}") from None
     if Path(file).is_dir():
         file = robot_of_folder(file, package_path)
     return Description(word, file, values, (*own_package(file), *package_path))

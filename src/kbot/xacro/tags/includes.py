@@ -16,6 +16,7 @@ from kbot.xacro.expansion_context import ExpansionContext, Node
 from kbot.xacro.location import locate
 from kbot.xacro.macros import MacroTable
 from kbot.xacro.scope import Scope
+from kbot.xacro.substitution import ABSENT
 from kbot.xacro.tags.attributes import check_attributes
 from kbot.xacro.templates import evaluate
 from kbot.xacro.xacro_error import XacroError
@@ -63,7 +64,8 @@ def _file_name(walk: Expander, node: Element, place: ExpansionContext) -> str | 
     try:
         value = evaluate(node.attributes["filename"], place.scope)
     except XacroError as fault:
-        if run.lenient and fault.code == "X114" and fault.problem is None:
+        is_absent = isinstance(fault.key, tuple) and ABSENT in fault.key  # not one of several
+        if run.lenient and is_absent and fault.problem is None:
             run.skip_include(fault, locate(node, "filename", place.call, fault.part))
             return None
         raise walk.reported(fault, node, "filename", place) from None

@@ -21,7 +21,7 @@ from kbot.cli.arguments import (
     split_arguments,
 )
 from kbot.cli.keys import keys
-from kbot.cli.output import fail, is_unusable, print_fix_command, print_note, report, warn_about_duplicates
+from kbot.cli.output import fail, is_unusable, print_fix_command, print_note, report
 from kbot.cli.progress import loading
 from kbot.cli.ros.launch.text import Questions, print_answers, table
 from kbot.cli.ros.peer_flags import peer_options
@@ -29,7 +29,7 @@ from kbot.cli.run_outputs import record_options, run_outputs
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError, Severity
 from kbot.text.suggest import did_you_mean
-from kbot.xacro import PackageNotFound, Packages
+from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages
 
 if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
@@ -259,9 +259,7 @@ def _package_folder(word: str, packages: Packages) -> Path:
     """The folder of a package. `kbot` is the package of the robot that ships with KBot."""
     if word == SHIPPED_NAME:
         return SHIPPED_PACKAGE
-    folder = Path(packages.find(word))
-    warn_about_duplicates(word, packages)
-    return folder
+    return Path(packages.find(word))
 
 
 def _in_folder(folder: Path) -> str:
@@ -277,6 +275,8 @@ def _as_package(word: str, packages: Packages) -> str:
     """What to write instead of a package without a launch file, for an error."""
     try:
         names = _launch_files(_package_folder(word, packages))
+    except AmbiguousPackage:
+        raise
     except PackageNotFound as error:
         if error.nearest:
             return f"{word} is not a file or package: {error.nearest}"

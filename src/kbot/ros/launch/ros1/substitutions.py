@@ -16,7 +16,7 @@ from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.parameter_values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
-from kbot.xacro.packages import PackageNotFound, Packages
+from kbot.xacro.packages import AmbiguousPackage, PackageNotFound, Packages
 
 _MARK = re.compile(r"[$()]")
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
@@ -94,9 +94,9 @@ class SubstitutionScope:
         try:
             return self.packages.find(name)
         except PackageNotFound as error:
-            if name in STAND_IN_PACKAGES:
+            if name in STAND_IN_PACKAGES and not isinstance(error, AmbiguousPackage):
                 return share_of(name)
-            raise LaunchError("L012", f"the package '{name}' is not found", error.hint) from None
+            raise LaunchError("L012", error.problem, error.hint) from None
 
     def env(self, name: str) -> str:
         if name not in os.environ:

@@ -18,7 +18,7 @@ from kbot.ros.launch.plan import Param, RobotDescription
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
-from kbot.xacro.packages import PackageNotFound, Packages
+from kbot.xacro.packages import AmbiguousPackage, PackageNotFound, Packages
 
 _ADDRESS = re.compile(r"(?:package|model|file)://[^\"']*/")
 """The folder in the address of a mesh."""
@@ -86,9 +86,9 @@ class LaunchContext:
         try:
             return str(self.packages.beside(self.file).find(package))
         except PackageNotFound as error:
-            if package in STAND_IN_PACKAGES:
+            if package in STAND_IN_PACKAGES and not isinstance(error, AmbiguousPackage):
                 return share_of(package)
-            raise LaunchError("L012", f"the package '{package}' is not found", error.hint, package) from None
+            raise LaunchError("L012", error.problem, error.hint, package) from None
 
     def prefix(self, package: str) -> str:
         """The install prefix of a package, two folders above its share folder. Raises the errors of
