@@ -33,9 +33,9 @@ def test_a_quarter_circle_of_one_metre():
     assert close(turned, PlanarPose(1.0, 1.0, math.pi / 2))
 
 
-def test_full_turns_are_counted():
+def test_full_turns_are_wrapped():
     around = integrate(PlanarPose(), -10 * math.pi, 10 * math.pi, 1.0)
-    assert close(around, PlanarPose(0, 0, 20 * math.pi), 1e-9)
+    assert close(around, PlanarPose(0, 0, 0), 1e-9)
 
 
 def test_a_base_behind_the_axle_moves_on_a_circle():

@@ -219,8 +219,8 @@ def test_wrong_separation_turns_wrong_and_is_reported(with_extension):
     sim.run(2 * pi)
     sim.cmd_vel(0.0, 0.0)
     sim.run(1.0)
-    assert sim.ground_truth.pose.yaw == pytest.approx(2 * pi * 0.15 / 0.174, abs=1e-3)
-    assert sim.odometry.pose.yaw == pytest.approx(2 * pi, abs=1e-3)
+    assert sim.ground_truth.unwrapped_yaw == pytest.approx(2 * pi * 0.15 / 0.174, abs=1e-3)
+    assert sim.odometry.unwrapped_yaw == pytest.approx(2 * pi, abs=1e-3)
 
 
 def test_invalid_number_is_ignored_and_reported(with_extension):

@@ -33,10 +33,10 @@ def turned_share(sim: Simulation, rate: float = 0.5) -> float:
     """The steady turning rate, as a share of the commanded one."""
     sim.cmd_vel(0.0, rate)
     sim.run(1.0)
-    before = sim.ground_truth.pose.yaw
+    before = sim.ground_truth.unwrapped_yaw
     sim.cmd_vel(0.0, rate)
     sim.run(1.0)
-    turned = sim.ground_truth.pose.yaw - before
+    turned = sim.ground_truth.unwrapped_yaw - before
     return (turned % (2 * pi)) / rate
 
 

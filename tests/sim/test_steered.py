@@ -104,9 +104,9 @@ def drive_a_curve(sim: Simulation, speed: float, turn: float) -> None:
     """Drive for 6 s, and assert that the base moves as commanded after the first 2 s."""
     sim.cmd_vel(speed, turn)
     sim.run(2.0)
-    before = sim.ground_truth.pose.yaw
+    before = sim.ground_truth.unwrapped_yaw
     sim.run(4.0)
-    assert sim.ground_truth.pose.yaw - before == pytest.approx(4.0 * turn, rel=0.01)
+    assert sim.ground_truth.unwrapped_yaw - before == pytest.approx(4.0 * turn, rel=0.01)
     assert sim.ground_truth.twist.x == pytest.approx(speed, rel=0.01)
 
 
@@ -258,11 +258,11 @@ def test_wheels_that_all_steer_drive_every_twist(urdf, text, command):
     x, y, yaw = command
     sim.cmd_vel(x, yaw, y)
     sim.run(2.0)
-    before = sim.ground_truth.pose.yaw
+    before = sim.ground_truth.unwrapped_yaw
     sim.run(3.0)
     twist = sim.ground_truth.twist
     assert (twist.x, twist.y, twist.yaw) == pytest.approx(command, abs=0.006)
-    assert sim.ground_truth.pose.yaw - before == pytest.approx(3.0 * yaw, abs=0.02)
+    assert sim.ground_truth.unwrapped_yaw - before == pytest.approx(3.0 * yaw, abs=0.02)
     for module in sim.robots.first.drive.modules:
         ahead, left = x - yaw * module.y, y + yaw * module.x
         angle = atan2(left, ahead) - sim.joint_positions[module.steering]
@@ -561,9 +561,9 @@ def test_steering_limit_bounds_the_curvature(urdf):
     sim = Simulation(urdf(TRICYCLE))
     sim.cmd_vel(0.1, 3.0)
     sim.run(3.0)
-    before = sim.ground_truth.pose.yaw
+    before = sim.ground_truth.unwrapped_yaw
     sim.run(2.0)
-    rate = (sim.ground_truth.pose.yaw - before) / 2.0
+    rate = (sim.ground_truth.unwrapped_yaw - before) / 2.0
     assert sim.joint_positions["front_steering"] == pytest.approx(1.2, abs=0.02)
     assert rate == pytest.approx(0.1 * tan(1.2) / BASE, rel=0.02)
 
@@ -642,8 +642,8 @@ def test_skid_steer_drives_straight_and_turns_slower_than_its_wheels_indicate(ur
     assert (pose.y, pose.yaw) == pytest.approx((0.0, 0.0), abs=2e-3)
     sim.cmd_vel(0.0, 1.0)
     sim.run(4.0)
-    turned = sim.ground_truth.pose.yaw - pose.yaw
-    assert 0.2 < turned / (sim.odometry.pose.yaw - pose.yaw) < 0.98
+    turned = sim.ground_truth.unwrapped_yaw - pose.yaw
+    assert 0.2 < turned / (sim.odometry.unwrapped_yaw - pose.yaw) < 0.98
 
 
 def test_a_wheel_separation_that_assumes_too_much_slip_is_the_cause(urdf):
