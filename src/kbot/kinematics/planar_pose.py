@@ -21,11 +21,11 @@ _Coordinate = TypeVar("_Coordinate", float, Array)
 
 @dataclass(frozen=True, slots=True)
 class PlanarPose:
-    """A position and a heading.
+    """A position and a heading. The yaw of poses that are combined is wrapped: above -pi and at most pi.
 
     x    position in m
     y    position in m
-    yaw  heading in rad. Poses that are combined have a wrapped one: above -pi and at most pi
+    yaw  heading in rad
     """
 
     x: float = 0.0
