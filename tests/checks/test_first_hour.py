@@ -155,10 +155,8 @@ STEPS = [
         type_caster,
         ROBOT,
         [
-            'X103 fix: insert <xacro:property name="caster_wheel_radius" value="${…}"/>',
-            "X100 hint: replace ${…} by its value",
-            'X103 fix: insert <xacro:property name="caster_wheel_joint_offset" value="${…}"/>',
-            "X100 hint: replace ${…} by its value",
+            'X103 hint: Define it with <xacro:property name="caster_wheel_radius" value="…"/>',
+            'X103 hint: Define it with <xacro:property name="caster_wheel_joint_offset" value="…"/>',
             "I117 hint: compute the mass from volume and material: 0.017 kg of plastic",
             "D118 fix: make it a fixed ball without friction",
             "D112 fix: write z = -0.025",  # the guessed radius hangs 5 mm above the ground
@@ -182,8 +180,11 @@ def by_hand(finding: Diagnostic) -> Edit | None:
     if finding.origin is None:
         return None
     span = finding.origin.span
-    if finding.code == "X100" and finding.hint.startswith("replace ${…} by its value"):
-        return Edit(span, GUESSES[finding.message.split("'")[1]])
+    if finding.code == "X103" and finding.hint.startswith("Define it with <"):
+        end = span.source.data.index(b">", span.source.data.index(b"<robot")) + 1
+        line = finding.hint.removeprefix("Define it with ")
+        defined = line.replace("…", GUESSES[finding.message.split("'")[1]])
+        return Edit(Span(span.source, end, end), f"\n  {defined}")
     mass = re.search(r"([\d.e-]+) kg of plastic", finding.hint)
     if finding.code == "I117" and mass:
         return Edit(span, mass[1])
@@ -204,7 +205,7 @@ def follow(path: Path, waits: frozenset[str], check_quality: Callable[[], None])
     while True:
         everything = ranked(check_file(str(path), config=Config()))
         new = [d for d in everything if d.is_error and d.code not in waits]
-        # the fix of an unknown property leaves one without a value, and the next unknown name may appear then
+        # once an unknown property is defined, the next unknown name of the expression may appear
         assert len(new) <= max(len(errors), 1) or not followed, new
         errors = [d.code for d in new]
         found = [d for d in everything if d.code not in waits]

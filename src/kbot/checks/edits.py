@@ -119,6 +119,15 @@ def insert_child(element: Element, text: str, title: str, safe: bool) -> Fix | N
     return Fix(title, (Edit(Span(source, at, at), f"{source.line_end}{deeper}{text}"),), safe)
 
 
+def insert_after(element: Element, text: str, title: str, safe: bool) -> Fix:
+    """Insert a text on its own line after an element, indented like the element's line."""
+    source = element.source
+    line = source.line(source.line_column(element.start)[0])
+    indent = line[: len(line) - len(line.lstrip())]
+    at = Span(source, element.end, element.end)
+    return Fix(title, (Edit(at, f"{source.line_end}{indent}{text}"),), safe)
+
+
 def copy_as_collision(visual: Element) -> Fix:
     """Insert a `<collision>` after a visual, with the visual's origin and geometry as written."""
     source = visual.source

@@ -131,16 +131,11 @@ def _is_better(after: Sequence[Diagnostic], before: Sequence[Diagnostic]) -> boo
 
 def _hiding(found: Sequence[Diagnostic]) -> tuple[int, ...]:
     """The numbers of findings that keep others from being reported: errors of XML, of expansion, of the URDF
-    reader, and lengths in millimetres.
-
-    A property without a value (X100) counts less than other expansion errors, because the fix of an unknown
-    property (X103) leaves one.
-    """
+    reader, and lengths in millimetres."""
     codes = [d.code for d in found if is_cause(d)]
-    unvalued = codes.count("X100")
     xml, expansion, reading = (sum(code.startswith(of) for code in codes) for of in ("P", ("X", "S"), "U0"))
     units = sum(d.code in WRONG_UNITS for d in found)
-    return xml, expansion - unvalued, unvalued, reading, units
+    return xml, expansion, reading, units
 
 
 def _apart(fixes: Sequence[Fix]) -> tuple[list[Fix], list[Edit]]:

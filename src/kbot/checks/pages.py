@@ -15,7 +15,8 @@ _TYPO = "safe: KBot corrects the name if it is a typo of exactly one known name.
 _NAMES = ("U006", "U007", "U011", "X103", "X112", "X121", "X122", "X129")
 _AUTOFIXES = {
     **dict.fromkeys(_NAMES, _TYPO),
-    "X103": f"{_TYPO} Otherwise unsafe: KBot inserts a property without a value, which you fill in.",
+    "X103": f"{_TYPO} If the name is an argument, unsafe: KBot defines a property with the argument's value.",
+    "X112": f"{_TYPO} If the name is a property, unsafe: KBot writes `${{NAME}}`.",
     "P001": "safe: KBot joins a root tag that was closed too early, removes white space before `<?xml`, "
     "corrects a typo in a start tag or an end tag, and inserts a missing `>` or end tag.",
     "P007": "safe: KBot removes white space before `<?xml`.",

@@ -1,4 +1,4 @@
-"""Fixes for unknown names: correct a typo, or insert a definition."""
+"""Fixes for unknown names: correct a typo, or read an argument or a property as what it is."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from dataclasses import replace
 from itertools import accumulate
 
 from kbot.checks.context import Context
-from kbot.checks.edits import insert_child, rename_tag
+from kbot.checks.edits import insert_after, rename_tag
 from kbot.text import Diagnostic, Edit, Fix, Span
 from kbot.text.suggest import Suggestion
 from kbot.xacro.location import UNIT
-from kbot.xacro.scope import NO_VALUE
 from kbot.xacro.templates import pieces
 from kbot.xacro.xacro_error import XacroError
 
@@ -31,8 +30,12 @@ def with_fix(diagnostic: Diagnostic, context: Context) -> Diagnostic:
     fix = None
     if hint.sure:
         fix = _respelled(diagnostic, diagnostic.origin.span, hint, context)
-    elif diagnostic.code == "X103" and not hint.nearest:
-        fix = _defined(diagnostic.origin.span, hint.written, context)
+    elif hint.nearest:
+        pass  # one of several names is meant
+    elif diagnostic.code == "X103":
+        fix = _argument_as_property(diagnostic, hint.written, context)
+    elif diagnostic.code == "X112":
+        fix = _property_in_place(diagnostic, diagnostic.origin.span, hint.written)
     return replace(diagnostic, fix=fix) if fix else diagnostic
 
 
@@ -41,21 +44,47 @@ def _respelled(diagnostic: Diagnostic, span: Span, hint: Suggestion, context: Co
 
     A composed name, such as `${prefix}_lnk`, is not changed.
     """
-    others = [r.origin.span for r in diagnostic.related if r.message == "needed here"]
-    first, *further = ([*_edits(span, hint, context)] for span in dict.fromkeys((span, *others)))
+    places = _places(diagnostic, span)
+    first, *further = ([*_edits(span, hint, context)] for span in places)
     if not first:
         return None
     edits = (*first, *(edit for more in further for edit in more))
     return Fix(f"write '{hint.sure}'", tuple(dict.fromkeys(edits)), safe=True)
 
 
-def _defined(span: Span, name: str, context: Context) -> Fix | None:
-    """Define a property without a value at the top of the file that uses it."""
-    root = next((file.root for file in context.sources if file.path == span.file), None)
-    if root is None or "xmlns:xacro" not in root.attributes:
-        return None
-    line = f'<xacro:property name="{name}" value="{NO_VALUE}"/>'
-    return insert_child(root, line, f"insert {line}", safe=False)
+def _places(diagnostic: Diagnostic, span: Span) -> list[Span]:
+    """The places that need the name of a finding, beginning with its own."""
+    others = [r.origin.span for r in diagnostic.related if r.message == "needed here"]
+    return list(dict.fromkeys((span, *others)))
+
+
+def _argument_as_property(diagnostic: Diagnostic, name: str, context: Context) -> Fix | None:
+    """Define a property with the value of an argument, below the argument.
+
+    There is no fix for an argument of another file or of a macro: the property might not be visible where it
+    is needed."""
+    span = diagnostic.origin.span if diagnostic.origin else None
+    file = next((file for file in context.sources if span is not None and file.path == span.file), None)
+    declared = [r.origin.span for r in diagnostic.related if r.message == "declared here"]
+    for element in file.root.elements("xacro:arg") if file is not None else ():
+        if any(element.source is at.source and element.start <= at.start < element.end for at in declared):
+            line = f'<xacro:property name="{name}" value="$(arg {name})"/>'
+            return insert_after(element, line, f"insert {line}", safe=False)
+    return None
+
+
+def _property_in_place(diagnostic: Diagnostic, span: Span, name: str) -> Fix | None:
+    """Read a property as `${name}`, or by its name inside an expression, wherever `$(arg name)` is."""
+    pattern = re.compile(r"\$\( *arg +" + re.escape(name) + r" *\)")
+    edits = list[Edit]()
+    for place in _places(diagnostic, span):
+        found = pattern.search(place.text)
+        if found is None:
+            return None
+        start = place.start + len(place.text[: found.start()].encode("utf-8", "surrogatepass"))
+        written = f"${{{name}}}" if place.text == found[0] else name
+        edits.append(Edit(Span(place.source, start, start + len(found[0])), written))
+    return Fix(f"write {edits[0].replacement}", tuple(edits), safe=False)
 
 
 def _edits(span: Span, hint: Suggestion, context: Context) -> Iterator[Edit]:

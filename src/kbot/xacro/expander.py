@@ -258,9 +258,11 @@ class Expander:
         except (ValueError, TypeError):
             text, result = shortened(node.attributes[name], 60), shortened(self.run.budget.text(value), 60)
             shown = f"'{text}' is" if text == result else f"'{text}' evaluates to '{result}', which is"
-            fault = XacroError(
-                "X128", f"{shown} neither true nor false", "write true, false, or a comparison: ${a == b}"
-            )
+            from kbot.xacro.confused_names import comparison  # only for an error: start-up time
+
+            right = comparison(node.attributes[name])
+            hint = f"write {right}" if right else "write true, false, or a comparison: ${a == b}"
+            fault = XacroError("X128", f"{shown} neither true nor false", hint)
             raise self.reported(fault, node, name, place) from None
 
     # --- for the modules of the tags ---------------------------------------------------------

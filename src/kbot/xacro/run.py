@@ -299,14 +299,29 @@ class Run:
         return "when processing file: " + "\nincluded from: ".join(reversed(self.files))
 
     def point_at_later_definitions(self, find: Callable[[str], Binding | None]) -> None:
-        """Change the hint of undefined properties that are defined later in the file."""
+        """Change the texts of undefined names that the file defines later, or as the other kind of name."""
         for key, problem in self._known.items():
-            if isinstance(key, tuple) and key[0] == "undefined":
-                binding = find(key[1])
-                origin = binding.origin if binding else None
-                if origin is not None:
-                    problem.hint = "it is defined only further down. Define it before its first use"
-                    problem.also("defined here", origin)
+            kind, name = key[:2] if isinstance(key, tuple) and len(key) in (2, 3) else ("", "")
+            if kind not in ("undefined", "argument"):
+                continue
+            binding, argument = find(name), self.defaults.get(name)
+            later = binding.origin if binding is not None else None
+            if later is not None and kind == "undefined":
+                problem.message = f"unknown property '{name}'"
+                problem.hint = "it is defined only further down. Define it before its first use"
+                problem.also("defined here", later)
+            elif later is not None and len(key) == 2:
+                problem.message = f"'{name}' is a property, not an argument"
+                problem.hint = f"define it before its first use, and write ${{{name}}}"
+                problem.also("defined here", later)
+            elif kind == "undefined" and argument is not None and argument.origin is not None:
+                if len(key) == 2:
+                    from kbot.xacro.confused_names import argument_as_property  # only for an error
+
+                    fault = argument_as_property(name, self.arguments.get(name, ""))
+                    problem.message = fault.message
+                    problem.hint = f"declare it before its first use, and {fault.hint}"
+                problem.also("declared here", argument.origin)
 
     def point_at_unprefixed(self, root: Element) -> None:
         """Change the hint of undefined properties and macros that `root` defines without `xacro:`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kbot.text.suggest import Suggestion, did_you_mean
+from kbot.text.suggest import did_you_mean
 from kbot.xacro.binding import BUSY, FAILED, LAZY, READY, Binding
 from kbot.xacro.budget import Budget
 from kbot.xacro.names import FUNCTIONS, GLOBAL, KNOWN, run_name
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from kbot.xacro.run import Run
 
 NO_VALUE = "${…}"
-"""The value that a fix gives to a property that it defines. Only the author knows the real value. Any valid
-value would give a robot without an error. This one is not a valid expression, so KBot and xacro reject it."""
+"""What authors write for a value that they do not know yet, because hints and pages show it so. It is not a
+valid expression."""
 
 
 class Scope:
@@ -53,7 +53,15 @@ class Scope:
         """The value of `$(content)`."""
         from kbot.xacro.substitution import substitute  # small robots do not use it: start-up time
 
-        return substitute(content, self.run)
+        try:
+            return substitute(content, self.run)
+        except XacroError as fault:
+            binding = self.find(fault.key[1]) if fault.code == "X112" and fault.key else None
+            if binding is None:
+                raise
+            from kbot.xacro.confused_names import property_as_argument  # only for an error: start-up time
+
+            raise property_as_argument(binding, content) from None
 
     def _constant(self, text: str) -> Value:
         """The value of an expression that cannot use properties."""
@@ -172,8 +180,12 @@ class Scope:
         )
 
     def _undefined(self, name: str) -> XacroError:
+        if name in self.run.arguments:
+            from kbot.xacro.confused_names import argument_as_property  # only for an error: start-up time
+
+            return argument_as_property(name, self.run.arguments[name])
         near = did_you_mean(name, self.known())
-        hint = near or Suggestion(f'Define it with <xacro:property name="{name}" value="…"/>', name)
+        hint = near or f'Define it with <xacro:property name="{name}" value="…"/>'
         fault = XacroError("X103", f"unknown property '{name}'", hint, key=("undefined", name))
         fault.near = bool(near)
         return fault

@@ -204,7 +204,7 @@ def _evaluator(piece: Piece) -> Evaluator:
     if kind == "command":
         return lambda scope: scope.substitute(_text(content, scope))
     if "$" in content:
-        return lambda scope: expression(_text(content, scope), scope)
+        return lambda scope: _substituted(content, scope)
     return _expression_evaluator(content, piece.start, piece.end)
 
 
@@ -227,6 +227,16 @@ def _expression_evaluator(content: str, start: int, end: int) -> Evaluator:
             raise failed(error, content, scope) from None
 
     return guarded
+
+
+def _substituted(content: str, scope: Names) -> Value:
+    """The value of an expression that contains `$(…)`, whose text becomes a part of the expression."""
+    try:
+        return expression(_text(content, scope), scope)
+    except XacroError as fault:
+        from kbot.xacro.confused_names import in_expression  # only for an error: start-up time
+
+        raise in_expression(fault, content, scope) from None
 
 
 def _text(content: str, scope: Names) -> str:
