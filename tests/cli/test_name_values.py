@@ -174,7 +174,7 @@ def test_set_rejects_an_unknown_name(mine: Path, words: list[str], error: str, c
 def test_expand_suggests_the_property_for_a_misspelled_name(mine: Path, capsys: Captured) -> None:
     assert run(["expand", str(mine), "wheel_raduis:=0.05"]) == 0
     err = capsys.readouterr().err
-    assert "did you mean the property wheel_radius? Override it with --set wheel_radius=0.05" in err
+    assert "did you mean the property wheel_radius? kbot expand --set wheel_radius=0.05 overrides it" in err
 
 
 @pytest.mark.parametrize("verb", ["sim", "check", "info"])

@@ -267,7 +267,7 @@ def test_python_file_runs_only_if_trusted(folder: Path) -> None:
     file = folder / "a.launch.py"
     file.write_text(f"open({str(folder / 'mark')!r}, 'w').close()\n")
     found = only(read_launch_2(str(file)))
-    assert (found.code, found.hint) == ("L080", "if you trust it, add --trust")
+    assert (found.code, found.hint) == ("L080", "if you trust it, run it with kbot launch FILE --trust")
     assert not (folder / "mark").exists()
 
 

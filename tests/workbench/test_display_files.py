@@ -101,7 +101,7 @@ def test_a_missing_file_is_created_on_save(tmp_path: Path) -> None:
         "file", {"globals": {}, "displays": [{"kind": "TF", "name": "TF", "enabled": True, "properties": {}}]}
     )
     assert read_settings(path.read_text(), "a").displays[0].kind == "TF"
-    with pytest.raises(KbotError, match="start KBot with --config"):
+    with pytest.raises(KbotError, match="start kbot view or kbot sim --config FILE"):
         DisplayFile().save("file", {})
     with pytest.raises(KbotError, match="display settings must be in"):
         DisplayFile("robot.urdf")

@@ -415,7 +415,7 @@ def read_robot(
     if document.tag != "robot":
         hint = "a robot starts with <robot name='…'>"
         if document.tag == "sdf":
-            hint = "KBot reads robots from URDF and xacro files. An SDF world is given with --world"
+            hint = "KBot reads robots from URDF and xacro files. For an SDF world, use kbot sim --world FILE"
         values.error("U001", f"<{document.tag}> is not a robot", document.origin, hint)
         return RobotReading(None, tuple(values.diagnostics))
     name = document.attributes.get("name")

@@ -11,7 +11,7 @@ from kbot.model import Link, RobotModel
 from kbot.sim.engine.engine import Engine
 from kbot.text import DescriptionError, Diagnostic, Severity
 
-ELSEWHERE = "start the robot somewhere else: --pose X,Y,YAW, or start= in Python"
+ELSEWHERE = "start the robot somewhere else: kbot sim --pose X,Y,YAW, or start= in Python"
 _PUSHED_OUT = 1.0
 """Seconds after the start within which contacts push a robot out of an object that it overlaps."""
 _MASS_RATIO = 1000.0

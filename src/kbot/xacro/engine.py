@@ -162,7 +162,11 @@ def _near_property(name: str, value: str, scope: Scope) -> str:
     """How to override the property that a misspelled name most likely means; empty if there is none."""
     written = ("value", "default")  # neither a block nor assigned in an expression
     near = nearest(name, [n for n, binding in scope.values.items() if binding.attribute in written], count=1)
-    return f"did you mean the property {near[0]}? Override it with --set {near[0]}={value}" if near else ""
+    return (
+        f"did you mean the property {near[0]}? kbot expand --set {near[0]}={value} overrides it"
+        if near
+        else ""
+    )
 
 
 def _stopped(fault: LimitFault, name: str) -> Diagnostic:

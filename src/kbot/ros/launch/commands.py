@@ -85,8 +85,8 @@ def run(
 def _require(allowed: bool, name: str, written: str) -> None:
     if not allowed:
         hint = (
-            "if you trust the launch file, add --allow-commands; without it, KBot runs only xacro, cat, env "
-            "and env_run"
+            "if you trust the launch file, run it with kbot launch FILE --allow-commands; without it, KBot "
+            "runs only xacro, cat, env and env_run"
         )
         raise LaunchError("L040", f"the command '{name}' is not run", hint, written)
 

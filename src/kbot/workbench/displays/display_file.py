@@ -109,7 +109,9 @@ class DisplayFile:
             text, notes = self._text(settings, VERSIONS.get(kind), frame)
             return DisplaysText(TITLES[kind], text, notes)
         if not self.path:
-            raise KbotError("there is no file to save to: start KBot with --config FILE, or save a copy")
+            raise KbotError(
+                "there is no file to save to: start kbot view or kbot sim --config FILE, or save a copy"
+            )
         text, notes = self._text(settings, self._version if self.path.endswith(RVIZ) else None, frame)
         write_bytes(self.path, text.encode())
         # pages that connect later start with the saved settings

@@ -70,7 +70,7 @@ def read_launch_2(
             return read_xml(file, reporter)
         if not trusted:
             message = "a Python launch file is a program, and was not run"
-            hint = "if you trust it, add --trust"
+            hint = "if you trust it, run it with kbot launch FILE --trust"
             raise DescriptionError([Diagnostic("L080", Severity.ERROR, message, Origin(file.whole()), hint)])
         return python.load(file)
 
