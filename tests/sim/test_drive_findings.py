@@ -95,7 +95,7 @@ ROWS = {
     "controller, sides exchanged": (MANAGER + names(RIGHT, LEFT), ["D107"]),
     "controller, one joint on both sides": (MANAGER + names(LEFT, LEFT), ["D131"]),
     "multiplier of the radius": (
-        MANAGER + names(LEFT, RIGHT, "wheel_radius: 0.035\n    wheel_radius_multiplier: 1.1"),
+        MANAGER + names(LEFT, RIGHT, "wheel_radius: 0.035\n    left_wheel_radius_multiplier: 1.1"),
         ["D106"],
     ),
     "a plugin of another kind": (plugin('name="diff_drive_control" filename="libgazebo_ros_control.so"'), []),

@@ -188,7 +188,7 @@ def test_wheels_of_different_radii_are_named_without_advising_their_mean(urdf, d
     assert sim.robots.first.settings.radius == float(diameter) / 2.0
 
 
-@pytest.mark.parametrize("what", ["wheel_separation_multiplier", "wheel_radius_multiplier"])
+@pytest.mark.parametrize("what", ["wheel_separation_multiplier", "left_wheel_radius_multiplier"])
 def test_invalid_multiplier_is_ignored_and_reported(with_extension, tmp_path, what):
     file = tmp_path / "controllers.yaml"
     file.write_text(

@@ -18,7 +18,14 @@ from kbot.identify.result import (
     Estimate,
     Identification,
 )
-from kbot.kinematics.drive.declared import RADII, SEPARATION, DeclaredDrive, declared_drives, drive_controller
+from kbot.kinematics.drive.declared import (
+    RADII,
+    SEPARATION,
+    SIDE_MULTIPLIERS,
+    DeclaredDrive,
+    declared_drives,
+    drive_controller,
+)
 from kbot.kinematics.drive.wheels import rigid_links
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
@@ -138,23 +145,22 @@ class _Search:
         elif values[0] != values[1] and self._accept(
             "the wheel radii", each, f"{LEFT_RADIUS} {values[0]:g} m, {RIGHT_RADIUS} {values[1]:g} m"
         ):
-            self._write_declared_radius(mean)
-            self._write_multipliers([value / mean for value in values])
+            self._write_declared_radius(mean, is_multiplied=not self._write_multipliers(values, mean))
             return
         if each:
             del self._fix.not_written[before:]
             both = [want for side in sides for want in self._shapes(side, mean)]
             if not self._accept("the wheel radii", both, f"radius of both wheels {mean:g} m"):
                 return
-        self._write_declared_radius(mean)
-        if values[0] != values[1]:
-            ratios = [value / mean for value in values]
-            if not self._write_multipliers(ratios):
-                self._fix.not_written.append(
-                    f"the difference between the wheels ({ratios[0]:.5f} and {ratios[1]:.5f} of the mean): "
-                    "both have one radius in the file. Define two, or give the multipliers "
-                    "left_wheel_radius_multiplier and right_wheel_radius_multiplier of diff_drive_controller"
-                )
+        is_written = values[0] != values[1] and self._write_multipliers(values, mean)
+        self._write_declared_radius(mean, is_multiplied=not is_written)
+        if values[0] != values[1] and not is_written:
+            left, right = (value / mean for value in values)
+            self._fix.not_written.append(
+                f"the difference between the wheels ({left:.5f} and {right:.5f} of the mean): both have one "
+                "radius in the file. Define two, or give the multipliers left_wheel_radius_multiplier and "
+                "right_wheel_radius_multiplier of diff_drive_controller"
+            )
 
     def _shapes(self, side: Sequence[str], value: float) -> Iterator[WantedValue]:
         """The radii of the round shapes of wheels that are as large as the wheel."""
@@ -166,23 +172,27 @@ class _Search:
                     if shape.tag in _ROUND_SHAPES and _is_close(text, wheel.radius):
                         yield WantedValue(shape, "radius", value)
 
-    def _write_declared_radius(self, mean: float) -> None:
-        """The radius or diameter with which the drive computes, unless it follows from the wheels' radius."""
-        controller = self._controller
-        if controller is None or controller.radius is None:
-            return
-        given = controller.radius.given
-        value = mean if given.name in RADII else 2.0 * mean
-        self._write_declared("the radius of", controller, given.name, value)
+    def _write_declared_radius(self, mean: float, *, is_multiplied: bool) -> None:
+        """The radius or diameter with which the drive computes, unless it follows from the wheels' radius.
 
-    def _write_multipliers(self, ratios: Sequence[float]) -> bool:
-        """The multipliers of diff_drive_controller, if it has them."""
+        `is_multiplied`: the controller's multipliers keep their values."""
         controller = self._controller
-        names = [f"{side}_wheel_radius_multiplier" for side in ("left", "right")]
-        if controller is None or not all(name in controller.given for name in names):
+        size = controller.radius if controller is not None else None
+        if controller is None or size is None or not size.given.number:
+            return
+        share = 1.0 if size.given.name in RADII else 2.0
+        factor = share * size.value / size.given.number if is_multiplied else 1.0
+        self._write_declared("the radius of", controller, size.given.name, share * mean / factor)
+
+    def _write_multipliers(self, values: Sequence[float], mean: float) -> bool:
+        """The multipliers of diff_drive_controller for the radii of both sides in m, if it has them."""
+        controller = self._controller
+        if controller is None or controller.radius_multipliers != SIDE_MULTIPLIERS:
             return False
-        for name, ratio in zip(names, ratios, strict=True):
-            self._write_declared(name, controller, name, round(ratio, 6))
+        if not all(name in controller.given for name in SIDE_MULTIPLIERS):
+            return False
+        for name, value in zip(SIDE_MULTIPLIERS, values, strict=True):
+            self._write_declared(name, controller, name, round(value / mean, 6))
         return True
 
     def _write_separation(self) -> None:

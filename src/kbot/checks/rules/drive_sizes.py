@@ -33,9 +33,11 @@ def separation_differs(context: Context) -> Found:
     Example: `<wheelSeparation>0.15</wheelSeparation>` on wheels 0.174 m apart.
 
     Fix: Compute the separation once, and use it for the joints and for the plugin:
-    `${base_width + 2*base_wheel_gap}`.
+    `${base_width + 2*base_wheel_gap}`. If the size is right and its multiplier makes it wrong, write 1 for the
+    multiplier, unless it was measured on the real robot.
 
-    Autofix: unsafe: KBot writes the distance between the wheels in place of a number, not of an expression.
+    Autofix: unsafe: KBot writes the distance between the wheels, or 1 for a multiplier, in place of a number,
+    not of an expression.
     """
     yield from reported(context.drive_findings, "D105")
     pairs = context.level_pairs
@@ -79,7 +81,8 @@ def radius_differs(context: Context) -> Found:
     Example: `<wheelDiameter>0.08</wheelDiameter>` on wheels of radius 0.035 m.
 
     Fix: Use the property from which the wheels are made: `${wheel_radius}` as a radius, `${2*wheel_radius}`
-    as a diameter.
+    as a diameter. If the size is right and its multiplier makes it wrong, write 1 for the multiplier, unless
+    it was measured on the real robot.
 
     Autofix: none.
     """

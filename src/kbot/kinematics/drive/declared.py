@@ -47,6 +47,9 @@ RADII = (
 )
 """Names of the wheel radius. The second is that of ROS 2's mecanum_drive_controller, the others are those of
 its controllers that steer."""
+WHEELBASE_MULTIPLIER = "wheel_separation_h_multiplier"
+"""Of ROS 1's ackermann_steering_controller."""
+SIDE_MULTIPLIERS = ("left_wheel_radius_multiplier", "right_wheel_radius_multiplier")
 SPANS = (
     ("wheel_separation_x", "wheel_separation_y"),
     ("wheelbase", "wheel_separation"),
@@ -112,10 +115,12 @@ _HOLONOMIC_CONTROLLERS = {
 
 
 class Size(NamedTuple):
-    """A size in m that a controller computes with, and the tag or parameter that gives it."""
+    """A size in m that a controller computes with, the tag or parameter that gives it, and the multipliers
+    that it is multiplied by: their mean, if each side has its own."""
 
     value: float
     given: Parameter
+    factors: tuple[Parameter, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +189,7 @@ class DeclaredDrive:
         given = self.first(*SEPARATION)
         if given is None or given.number is None:
             return None
-        return Size(given.number * self._factor("wheel_separation_multiplier"), given)
+        return self._multiplied(given, given.number, "wheel_separation_multiplier")
 
     @property
     def span(self) -> Size | None:
@@ -198,36 +203,55 @@ class DeclaredDrive:
     @property
     def spans(self) -> tuple[Size, Size] | None:
         """The distances between mecanum wheels along x and along y with which it computes."""
-        both = self._factor("wheel_separation_multiplier")
         for names in SPANS:
             along, across = (self.first(name) for name in names)
             if along is None or across is None or along.number is None or across.number is None:
                 continue
-            x, y = (self._factor(f"{name}_multiplier", both) for name in names)
-            return Size(along.number * x, along), Size(across.number * y, across)
+            x, y = (self.span_multiplier(name) for name in names)
+            return self._multiplied(along, along.number, x), self._multiplied(across, across.number, y)
         return None
+
+    def span_multiplier(self, name: str) -> str:
+        """The parameter that multiplies a distance between mecanum wheels: its own, or the common one."""
+        own = f"{name}_multiplier"
+        return own if own in self.given else "wheel_separation_multiplier"
 
     @property
     def wheelbase(self) -> Size | None:
         """The distance between the axles with which the drive of a car or tricycle computes."""
         given = self.first(*WHEELBASE) if self.is_steering else None
-        return None if given is None or given.number is None else Size(given.number, given)
+        if given is None or given.number is None:
+            return None
+        return self._multiplied(given, given.number, WHEELBASE_MULTIPLIER)
 
     @property
     def radius(self) -> Size | None:
         """The radius of the wheels with which it computes. A radius takes precedence over a diameter."""
         radius, diameter = self.first(*RADII), self.first(*DIAMETER)
         if radius is not None and radius.number:
-            both = self._factor("wheel_radius_multiplier")
-            left, right = (self._factor(f"{side}_wheel_radius_multiplier", both) for side in self.sides)
-            return Size(radius.number * (left + right) / 2.0, radius)
+            return self._multiplied(radius, radius.number, *self.radius_multipliers)
         if diameter is not None and diameter.number is not None:
             return Size(diameter.number / 2.0, diameter)
         return None
 
-    def _factor(self, name: str, default: float = 1.0) -> float:
-        given = self.given.get(name)
-        return default if given is None or given.number is None else given.number
+    @property
+    def radius_multipliers(self) -> tuple[str, ...]:
+        """The parameters that multiply the wheel radius: one, or those of the left and the right side.
+
+        ROS 2's diff_drive_controller has only those of the sides (diff_drive_controller_parameter.yaml). That
+        of ROS 1 ignores them if `wheel_radius_multiplier` is given (diff_drive_controller.cpp), and its
+        controllers that steer have only that one."""
+        if self.ros == 2 and self.has_sides:
+            return SIDE_MULTIPLIERS
+        is_joint = "wheel_radius_multiplier" in self.given or not self.has_sides
+        return ("wheel_radius_multiplier",) if is_joint else SIDE_MULTIPLIERS
+
+    def _multiplied(self, given: Parameter, number: float, *names: str) -> Size:
+        """A size times the mean of the multipliers of these names. One that is not given is 1."""
+        factors = [self.given.get(name) for name in names]
+        numbers = [1.0 if f is None or f.number is None else f.number for f in factors]
+        used = tuple(f for f in factors if f is not None and f.number is not None)
+        return Size(number * sum(numbers) / len(numbers), given, used)
 
     @property
     def steering_efficiency(self) -> float:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import degrees
+from typing import NamedTuple
 
 import numpy as np
 
 from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import (
     DIAMETER,
+    SIDE_MULTIPLIERS,
     DeclaredDrive,
     Holonomic,
     Size,
@@ -298,26 +300,64 @@ def _separation(controller: DeclaredDrive, pairs: Sequence[Pair]) -> Iterator[Di
     if size is None or size.value <= 0.0 or not pairs:
         return
     given, true = size.value, pairs[0].separation
-    if len(pairs) > 1 and true <= given <= 2.5 * true:
+    is_skid_steer = len(pairs) > 1
+    if is_skid_steer and true <= given <= 2.5 * true:
         return  # a skid-steer robot needs the wider separation with which it turns
     if _differs(given, true):
-        message = f"{controller.name}: {separation_is_off(given, true)}"
-        place, right = size.given.origin, f"{true:.6g}"
-        is_plain = NUMBER.fullmatch(place.span.text) is not None
-        fix = Fix(f"write {right}", (Edit(place.span, right),), safe=False) if is_plain else None
-        hint = f"write {right}, or compute it from the joints" if is_plain else "compute it from the joints"
-        yield Diagnostic("D105", Severity.WARNING, message, place, hint, joint_places(pairs[0]), fix)
+        cause = _cause(size, true, "compute it from the joints")
+        off = separation_is_off(given, true)
+        if is_skid_steer:
+            hint = f"a robot that turns by skidding needs at least {true:.4g}: measure a turn"
+            cause = cause._replace(hint=hint, fix=None)
+        message = f"{controller.name}: {cause.what}{off}"
+        yield Diagnostic(
+            "D105", Severity.WARNING, message, cause.place, cause.hint, joint_places(pairs[0]), cause.fix
+        )
+
+
+class _Cause(NamedTuple):
+    """The parameter that makes a size wrong: where it is, words for the message, the hint and a fix."""
+
+    place: Origin
+    what: str
+    hint: str
+    fix: Fix | None
+
+
+def _cause(size: Size, true: float, otherwise: str = "") -> _Cause:
+    """Which parameter makes a size wrong that must be `true` m: its multiplier, or the size itself.
+
+    `otherwise` is what can be done instead of writing the size."""
+    factor = next((factor for factor in size.factors if factor.number != 1.0), None)
+    if factor is not None and not _differs(size.given.number or 0.0, true):
+        hint = f"write 1, unless it was measured on the real robot: {size.given.name} is right"
+        return _Cause(factor.origin, f"{factor.name} is {factor.text}: ", hint, _written((factor, "1.0")))
+    values = [(size.given, f"{true:.6g}"), *([(factor, "1.0")] if factor is not None else [])]
+    fix = _written(*values)
+    right = f"write {true:.6g}" + (f" and 1 for {factor.name}" if factor is not None else "")
+    hint = ", or ".join([right, otherwise] if otherwise and fix is not None else [otherwise or right])
+    return _Cause(size.given.origin, "", hint, fix)
+
+
+def _written(*values: tuple[Parameter, str]) -> Fix | None:
+    """The fix that writes these values. None if one of the parameters is not written as a plain number."""
+    spans = [given.origin.span for given, _ in values]
+    if not all(NUMBER.fullmatch(span.text) for span in spans):
+        return None
+    edits = tuple(Edit(span, text) for span, (_, text) in zip(spans, values, strict=True))
+    return Fix("write " + " and ".join(text for _, text in values), edits, safe=False)
 
 
 def _distance(controller: DeclaredDrive, size: Size | None, true: float, what: str) -> Iterator[Diagnostic]:
     """D105 of tracks, and of the axles of a car or tricycle, from which its steering angles are computed."""
     if size is None or size.value <= 0.0 or not _differs(size.value, true):
         return
+    cause = _cause(size, true)
     message = (
-        f"{controller.name}: {what} are {true:.4g} m apart, not {size.value:.4g}: turns are "
+        f"{controller.name}: {cause.what}{what} are {true:.4g} m apart, not {size.value:.4g}: turns are "
         f"{(size.value / true - 1.0) * 100.0:+.0f} % off"
     )
-    yield Diagnostic("D105", Severity.WARNING, message, size.given.origin, f"write {true:.4g}")
+    yield Diagnostic("D105", Severity.WARNING, message, cause.place, cause.hint)
 
 
 def _span(controller: DeclaredDrive, drive: HolonomicDrive) -> Iterator[Diagnostic]:
@@ -337,17 +377,24 @@ def _span(controller: DeclaredDrive, drive: HolonomicDrive) -> Iterator[Diagnost
         f"{(size.value / true - 1.0) * 100.0:+.0f} % off"
     )
     hint = "compute the sizes from the positions of the wheels' joints"
-    spans = controller.spans
-    given = _most_wrong(spans, drive) if spans is not None and size.given is spans[0].given else size.given
+    spans, given = controller.spans, size.given
+    if spans is not None and size.given is spans[0].given:
+        wrong, distance = _most_wrong(spans, drive)
+        given = wrong.given
+        factors = [factor for factor in wrong.factors if factor.number != 1.0]
+        if factors and not _differs(given.number or 0.0, distance):
+            given, hint = factors[0], f"write 1: {given.name} is right"
     yield Diagnostic("D105", Severity.WARNING, message, given.origin, hint)
 
 
-def _most_wrong(spans: tuple[Size, Size], drive: HolonomicDrive) -> Parameter:
-    """That of the distances between mecanum wheels along x and along y which differs most."""
+def _most_wrong(spans: tuple[Size, Size], drive: HolonomicDrive) -> tuple[Size, float]:
+    """That of the distances between mecanum wheels along x and along y which differs most, and the right one
+    in m."""
     centers = np.array([wheel.center[:2] for wheel in drive.wheels.values()])
     true = 2.0 * np.abs(centers - centers.mean(axis=0)).mean(axis=0)
     off = [abs(size.value - distance) for size, distance in zip(spans, true, strict=True)]
-    return spans[int(np.argmax(off))].given
+    index = int(np.argmax(off))
+    return spans[index], float(true[index])
 
 
 def _differs(given: float, true: float) -> bool:
@@ -376,6 +423,11 @@ def _radius(controller: DeclaredDrive, wheels: Sequence[Wheel]) -> Iterator[Diag
     size = controller.radius
     if size is None or size.value <= 0.0 or not wheels:
         return
+    if any(factor.number != 1.0 for factor in size.factors):
+        wrong = list(_wrong_multipliers(controller, size, wheels))
+        yield from (finding for finding in wrong if finding is not None)
+        if None not in wrong:
+            return
     given, true = size.value, wheels[0].radius
     least, most = (of(wheels, key=lambda wheel: wheel.radius) for of in (min, max))
     small, large = least.radius, most.radius
@@ -384,14 +436,55 @@ def _radius(controller: DeclaredDrive, wheels: Sequence[Wheel]) -> Iterator[Diag
         message += f"{small:.4g} on '{least.joint.name}' and {large:.4g} on '{most.joint.name}': "
         message += "a single radius cannot match both"
         hint = "create the wheels with one macro and one radius"
-    elif abs(given - true) > max(0.01 * true, 2e-4):
+    elif _radius_differs(given, true):
         message += f"{true:.4g}: distances are {(given / true - 1.0) * 100.0:+.0f} % off"
         is_diameter = size.given.name in DIAMETER
         hint = f"use {'twice ' if is_diameter else ''}the radius of the wheels: "
         hint += f"{2.0 * true if is_diameter else true:.4g}"
+        named = [factor.name for factor in size.factors if factor.number != 1.0]
+        hint += f", and write 1 for {' and '.join(named)}" if named else ""
     else:
         return
     shape = wheels[0].shape
     link = wheels[0].joint.child
     related = (Related(f"the shape of '{link}'", shape.origin),) if shape is not None else ()
     yield Diagnostic("D106", Severity.WARNING, message, size.given.origin, hint, related)
+
+
+def _wrong_multipliers(
+    controller: DeclaredDrive, size: Size, wheels: Sequence[Wheel]
+) -> Iterator[Diagnostic | None]:
+    """D106 of the multipliers that make a right radius wrong. None for a wheel whose radius is wrong without
+    its multiplier. Nothing if the multipliers make the radius right."""
+    radius, reported = size.given.number or 0.0, set[str]()
+    for wheel in wheels:
+        factor = _multiplier_of(controller, size, wheel)
+        number = 1.0 if factor is None or factor.number is None else factor.number
+        if not _radius_differs(radius * number, wheel.radius):
+            continue
+        if factor is None or _radius_differs(radius, wheel.radius):
+            yield None
+        elif factor.name not in reported:
+            reported.add(factor.name)
+            message = (
+                f"{controller.name}: {factor.name} is {factor.text}: with it, the wheel radius is "
+                f"{radius * number:.4g} m, but '{wheel.joint.name}' has {wheel.radius:.4g}: distances are "
+                f"{(number - 1.0) * 100.0:+.0f} % off"
+            )
+            hint = f"write 1, unless it was measured on the real robot: {size.given.name} is right"
+            shape = wheel.shape
+            related = (Related(f"the shape of '{wheel.joint.child}'", shape.origin),) if shape else ()
+            yield Diagnostic("D106", Severity.WARNING, message, factor.origin, hint, related)
+
+
+def _multiplier_of(controller: DeclaredDrive, size: Size, wheel: Wheel) -> Parameter | None:
+    """The multiplier of the radius of a wheel: that of its side, or the one of all wheels."""
+    for name, side in zip(SIDE_MULTIPLIERS, controller.sides.values(), strict=True):
+        if wheel.joint.name in {joint.text for joint in side}:
+            return next((f for f in size.factors if f.name in (name, "wheel_radius_multiplier")), None)
+    return next((f for f in size.factors if f.name not in SIDE_MULTIPLIERS), None)
+
+
+def _radius_differs(given: float, true: float) -> bool:
+    """Whether a radius in m is wrong, and not only rounded: by 1 %, and by a fifth of a millimetre."""
+    return abs(given - true) > max(0.01 * true, 2e-4)

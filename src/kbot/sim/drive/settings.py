@@ -15,6 +15,7 @@ from kbot.kinematics.drive.declared import (
     SEPARATION,
     SPANS,
     WHEELBASE,
+    WHEELBASE_MULTIPLIER,
     DeclaredDrive,
     Holonomic,
     declared_drives,
@@ -184,15 +185,15 @@ class _Values:
         self._warn("W131", given, what, f"write {true:g}")
         return None
 
-    def multiplier(self, name: str, default: float = 1.0) -> float:
+    def multiplier(self, name: str) -> float:
         given, value = self.controller.first(name), self.number(name)
         if given is None or value is None:
-            return default
+            return 1.0
         if 1.0 / ABSURD <= value <= ABSURD:
             return value
         what = f"must be above 0 and near 1, not {value:g}"
-        self._warn("W130", given, what, f"KBot ignores the value and uses {default:g}")
-        return default
+        self._warn("W130", given, what, "KBot ignores the value and uses 1")
+        return 1.0
 
     def _warn(self, code: str, given: Parameter, what: str, hint: str) -> None:
         name = given.name if self.controller.plugin is None else f"<{given.name}>"
@@ -209,9 +210,8 @@ def _radius(values: _Values, true: float) -> float:
     """The radius of the wheels that the controller computes with, m."""
     radius, diameter = values.size(true, *RADII), values.size(2.0 * true, *DIAMETER)
     given = radius or (diameter / 2.0 if diameter is not None else true)
-    both = values.multiplier("wheel_radius_multiplier")
-    left, right = (values.multiplier(f"{side}_wheel_radius_multiplier", both) for side in ("left", "right"))
-    return given * ((left + right) / 2.0)
+    factors = [values.multiplier(name) for name in values.controller.radius_multipliers]
+    return given * (sum(factors) / len(factors))
 
 
 def _holonomic_sizes(values: _Values, kind: Holonomic, drive: DifferentialDrive) -> tuple[float, float]:
@@ -229,11 +229,8 @@ def _holonomic_sizes(values: _Values, kind: Holonomic, drive: DifferentialDrive)
     for along, across in SPANS:
         x, y = (values.size(drive.separation, name) for name in (along, across))
         if x is not None and y is not None:
-            both = values.multiplier("wheel_separation_multiplier")
-            x, y = (
-                size * values.multiplier(f"{name}_multiplier", both)
-                for size, name in ((x, along), (y, across))
-            )
+            sizes = ((x, along), (y, across))
+            x, y = (s * values.multiplier(values.controller.span_multiplier(name)) for s, name in sizes)
             return radius, x + y
     return radius, drive.separation
 
@@ -241,6 +238,8 @@ def _holonomic_sizes(values: _Values, kind: Holonomic, drive: DifferentialDrive)
 def _with_steering(values: _Values, settings: DriveSettings, drive: SteeredDrive) -> DriveSettings:
     """The settings of a drive that steers: gz's AckermannSteering, and controllers of ros_control."""
     wheelbase = values.size(drive.wheelbase, *WHEELBASE)
+    if wheelbase is not None:
+        wheelbase *= values.multiplier(WHEELBASE_MULTIPLIER)
     end, rate = values.positive("steering_limit"), values.positive("steering.max_velocity")
     # tricycle_controller limits the speed of the wheel
     speed, acceleration = (values.positive(f"traction.max_{kind}") for kind in ("velocity", "acceleration"))
