@@ -33,8 +33,8 @@ def separation_differs(context: Context) -> Found:
     Example: `<wheelSeparation>0.15</wheelSeparation>` on wheels 0.174 m apart.
 
     Fix: Compute the separation once, and use it for the joints and for the plugin:
-    `${base_width + 2*base_wheel_gap}`. If the size is right and its multiplier makes it wrong, write 1 for the
-    multiplier, unless it was measured on the real robot.
+    `${base_width + 2*base_wheel_gap}`. If the size is right and its multiplier makes it wrong, write 1 for
+    the multiplier, unless it was measured on the real robot.
 
     Autofix: unsafe: KBot writes the distance between the wheels, or 1 for a multiplier, in place of a number,
     not of an expression.
