@@ -143,8 +143,8 @@ def test_nothing_is_reported_if_one_axle_holds(x):
 CASTER = (
     '<link name="caster_wheel"><inertial><mass value="0.1"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" '
     'ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="0.02"/></geometry>'
-    '</collision></link><joint name="caster_wheel_joint" type="fixed"><parent link="base_link"/><child link="caster_wheel"/>'
-    '<origin xyz="-0.2 0 -0.03"/></joint>'
+    '</collision></link><joint name="caster_wheel_joint" type="fixed"><parent link="base_link"/>'
+    '<child link="caster_wheel"/><origin xyz="-0.2 0 -0.03"/></joint>'
 )
 SLIPPERY = '<gazebo reference="fl"><mu1>0.1</mu1><mu2>0.1</mu2></gazebo>'
 
