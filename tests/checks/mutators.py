@@ -337,12 +337,18 @@ DRIVE = (
     _m(
         "separation property",
         "D105",
-        (r"(<xacro:arg )", r'§<xacro:property name="wheel_separation" value="0.05"/>\n  \1'),
+        (  # without its last digit, which is still near the right one
+            r"(<xacro:arg )(.*?<(?:wheelSeparation|wheel_separation)>)([\d.]*)(\d<)",
+            r'§<xacro:property name="wheel_separation" value="\3"/>\n  \1\2\3\4',
+        ),
     ),
     _m(
         "radius property",
         "D106",
-        (r"(<xacro:arg )", r'§<xacro:property name="wheel_radius" value="0.05"/>\n  \1'),
+        (  # with one more digit
+            r"(<xacro:arg )(.*?<cylinder radius=\")([\d.]+)",
+            r'§<xacro:property name="wheel_radius" value="\g<3>5"/>\n  \1\2\3',
+        ),
     ),
     _m("plugin diameter", "D106", (r"<wheelDiameter>[^<]*", r"§<wheelDiameter>0.1")),
     _m("plugin radius", "D106", (r"<wheel_radius>[^<]*", r"§<wheel_radius>0.05")),
