@@ -125,30 +125,40 @@ def test_drives_that_end_farther_from_the_log_are_reported(tmp_path, capsys):
     assert "the drives end farther from the log than before: see what is not written" in out
 
 
-def test_multipliers_of_a_controller_are_written(log, tmp_path, capsys):
-    (tmp_path / "controllers.yaml").write_text(
+def written_parameters(log, folder, more):
+    """The parameters of a controller with these lines after `kbot identify --fix`."""
+    (folder / "controllers.yaml").write_text(
         "controller_manager:\n  ros__parameters:\n    drive:\n      type: diff_drive_controller/DiffDriveController\n"
         "drive:\n  ros__parameters:\n    left_wheel_names: [left_joint]\n    right_wheel_names: [right_joint]\n"
-        "    wheel_separation: 0.2\n    wheel_radius: 0.04  # m\n    left_wheel_radius_multiplier: 1.0\n"
-        "    right_wheel_radius_multiplier: 1.0\n"
+        f"    wheel_separation: 0.2\n    wheel_radius: 0.04  # m\n{more}"
     )
     controller = (
         '<gazebo><plugin filename="libgz_ros2_control-system.so" name="gz_ros2_control::GazeboSimROS2ControlPlugin">'
-        f"<parameters>{tmp_path}/controllers.yaml</parameters></plugin></gazebo>"
+        f"<parameters>{folder}/controllers.yaml</parameters></plugin></gazebo>"
         '<ros2_control name="r" type="system"><hardware><plugin>gz_ros2_control/GazeboSimSystem</plugin></hardware>'
         '<joint name="left_joint"><command_interface name="velocity"/></joint>'
         '<joint name="right_joint"><command_interface name="velocity"/></joint></ros2_control>'
     )
-    fixed(log, robot(tmp_path, SHARED, controller))
-    lines = dict(
-        line.strip().split(": ", 1)
-        for line in (tmp_path / "controllers.yaml").read_text().splitlines()
-        if ": " in line
-    )
-    assert float(lines["wheel_separation"]) == pytest.approx(0.21, abs=1e-3)
-    assert lines["wheel_radius"].endswith("  # m")
-    left, right = (float(lines[f"{side}_wheel_radius_multiplier"]) for side in ("left", "right"))
+    fixed(log, robot(folder, SHARED, controller))
+    lines = (folder / "controllers.yaml").read_text().splitlines()
+    return dict(line.strip().split(": ", 1) for line in lines if ": " in line)
+
+
+def test_multipliers_of_a_controller_are_written(log, tmp_path):
+    more = "    left_wheel_radius_multiplier: 1.0\n    right_wheel_radius_multiplier: 1.0\n"
+    written = written_parameters(log, tmp_path, more)
+    assert float(written["wheel_separation"]) == pytest.approx(0.21, abs=1e-3)
+    assert written["wheel_radius"].endswith("  # m")
+    left, right = (float(written[f"{side}_wheel_radius_multiplier"]) for side in ("left", "right"))
     assert right / left == pytest.approx(0.0425 / 0.042, abs=5e-4)
+
+
+def test_radius_is_written_for_multipliers_that_keep_their_values(log, tmp_path):
+    """The controller computes with the mean of 0.9 and 1 times `wheel_radius`. Without the multiplier of the
+    right side, KBot does not write the difference between the wheels."""
+    written = written_parameters(log, tmp_path, "    left_wheel_radius_multiplier: 0.9\n")
+    assert written["left_wheel_radius_multiplier"] == "0.9"
+    assert 0.95 * float(written["wheel_radius"].split()[0]) == pytest.approx(0.04225, abs=1e-4)
 
 
 def test_nothing_is_written_without_an_answer(log, tmp_path, capsys, monkeypatch):

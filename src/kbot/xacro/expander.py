@@ -258,7 +258,7 @@ class Expander:
         except (ValueError, TypeError):
             text, result = shortened(node.attributes[name], 60), shortened(self.run.budget.text(value), 60)
             shown = f"'{text}' is" if text == result else f"'{text}' evaluates to '{result}', which is"
-            from kbot.xacro.confused_names import comparison  # only for an error: start-up time
+            from kbot.xacro.inserted_texts import comparison  # only for an error: start-up time
 
             right = comparison(node.attributes[name])
             hint = f"write {right}" if right else "write true, false, or a comparison: ${a == b}"

@@ -301,7 +301,7 @@ class Run:
     def point_at_later_definitions(self, find: Callable[[str], Binding | None]) -> None:
         """Change the texts of undefined names that the file defines later, or as the other kind of name."""
         for key, problem in self._known.items():
-            kind, name = key[:2] if isinstance(key, tuple) and len(key) in (2, 3) else ("", "")
+            kind, name, *known = key if isinstance(key, tuple) and len(key) in (2, 3) else ("", "")
             if kind not in ("undefined", "argument"):
                 continue
             binding, argument = find(name), self.defaults.get(name)
@@ -310,12 +310,12 @@ class Run:
                 problem.message = f"unknown property '{name}'"
                 problem.hint = "it is defined only further down. Define it before its first use"
                 problem.also("defined here", later)
-            elif later is not None and len(key) == 2:
+            elif later is not None and not known:
                 problem.message = f"'{name}' is a property, not an argument"
                 problem.hint = f"define it before its first use, and write ${{{name}}}"
                 problem.also("defined here", later)
             elif kind == "undefined" and argument is not None and argument.origin is not None:
-                if len(key) == 2:
+                if not known:
                     from kbot.xacro.confused_names import argument_as_property  # only for an error
 
                     fault = argument_as_property(name, self.arguments.get(name, ""))

@@ -56,7 +56,8 @@ class Scope:
         try:
             return substitute(content, self.run)
         except XacroError as fault:
-            binding = self.find(fault.key[1]) if fault.code == "X112" and fault.key else None
+            key = fault.key
+            binding = self.find(key[1]) if fault.code == "X112" and isinstance(key, tuple) else None
             if binding is None:
                 raise
             from kbot.xacro.confused_names import property_as_argument  # only for an error: start-up time

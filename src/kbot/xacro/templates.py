@@ -234,7 +234,7 @@ def _substituted(content: str, scope: Names) -> Value:
     try:
         return expression(_text(content, scope), scope)
     except XacroError as fault:
-        from kbot.xacro.confused_names import in_expression  # only for an error: start-up time
+        from kbot.xacro.inserted_texts import in_expression  # only for an error: start-up time
 
         raise in_expression(fault, content, scope) from None
 
