@@ -35,7 +35,9 @@ def separation_differs(context: Context) -> Found:
     """The wheel separation in a plugin, controller or property differs from the distance between the wheels.
 
     Why: Odometry computes yaw as (right - left) / separation. With 0.15 m for wheels that are 0.174 m apart,
-    it reports every turn 16 % too large. After one turn it is 58 degrees off.
+    it reports every turn 16 % too large. After one turn it is 58 degrees off. A property counts if a plugin
+    reads it as the separation, or if nothing reads it and it has the name and nearly the value of one. A
+    property from which the wheels' positions are computed, such as a gap, is not a separation.
 
     Example: `<wheelSeparation>0.15</wheelSeparation>` on wheels 0.174 m apart.
 
@@ -143,7 +145,8 @@ def radius_differs(context: Context) -> Found:
     """The wheel radius or diameter in a plugin, controller or property differs from that of the wheels.
 
     Why: Every distance is wrong by the ratio of the two. With 0.04 m for wheels of 0.035 m, odometry reports
-    1.14 m after 1 m.
+    1.14 m after 1 m. A property counts if nothing reads it and it has the name and nearly the value of the
+    radius or diameter.
 
     Example: `<wheelDiameter>0.08</wheelDiameter>` on wheels of radius 0.035 m.
 
