@@ -75,6 +75,7 @@ def test_verbs_and_options_in_the_pages_exist(path: Path) -> None:
         "reference/python.md",
         "reference/sweep.md",
         "explanation/clock.md",
+        "explanation/cylinder-on-a-plane.md",
         "how-to/add-your-own.md",
         "how-to/use-nav2.md",
     ],

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.sim.engine.geometry import own_geometries
+from kbot.sim.engine.placing import PLANE_GROUP
 
 _TYPE = mujoco.mjtGeom
 _SIMPLE = (
@@ -127,9 +128,8 @@ class Slabs:
         return np.repeat(np.concatenate([near, near, near]), counts), beam
 
 
-_HIDDEN = 4
 _SEEN = np.array([1, 1, 1, 1, 0, 1], dtype=np.uint8)
-"""The geometry groups that rays hit."""
+"""The geometry groups that rays hit: not `PLANE_GROUP`, to which shapes that rays shall miss are moved."""
 _MANY_BOXES = 40
 """From this number of boxes on, `Slabs` is faster than the engine, which tests each ray against each box."""
 _MOST_COPIED = 2000
@@ -200,7 +200,7 @@ class Rays:
     def _look_at(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Choose for each shape how rays are intersected with it."""
         self._own = own_geometries(model, self._robot)
-        others = np.setdiff1d(np.arange(model.ngeom), self._own)
+        others = np.setdiff1d(np.flatnonzero(model.geom_group != PLANE_GROUP), self._own)
         self._slabs = None
         if self._fan is not None:
             at_rest = model.body_weldid[model.geom_bodyid[others]] == 0
@@ -215,7 +215,7 @@ class Rays:
         self._has_others = len(others) > 0
         self._others: Surroundings | None = None
         self._groups = model.geom_group.copy()
-        self._groups[np.setdiff1d(np.arange(model.ngeom), others)] = _HIDDEN
+        self._groups[np.setdiff1d(np.arange(model.ngeom), others)] = PLANE_GROUP
         if 0 < len(others) <= _MOST_COPIED and are_simple(model, others):
             self._others = Surroundings(model, data, others)
 

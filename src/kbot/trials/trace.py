@@ -14,6 +14,7 @@ from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sim import Simulation
 from kbot.sim.collisions import Collisions
 from kbot.sim.engine.geometry import own_geometries
+from kbot.sim.engine.placing import PLANE_GROUP
 from kbot.sim.engine.world_builder import PREFIX, owner
 from kbot.trials.quantities import QUANTITIES
 
@@ -274,7 +275,8 @@ class _Clearance:
             for body in self._simulation.world.bodies
             if any(part.ground for part in body.parts)
         }
-        solid = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0)).tolist()
+        can_touch = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        solid = np.flatnonzero(can_touch & (model.geom_group != PLANE_GROUP)).tolist()
         endless = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
         self._own = [geom for geom in solid if geom in own]
         self._others = [

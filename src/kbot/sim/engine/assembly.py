@@ -11,11 +11,11 @@ from contextlib import suppress
 import mujoco
 import numpy as np
 
-from kbot.sim.engine.contacts import GROUND
+from kbot.sim.engine.contacts import GROUNDS
 from kbot.sim.engine.placing import ground_height, lowest_point, places_around
 from kbot.sim.engine.robot_builder import RobotPlan, add_robot
 from kbot.sim.engine.welds import Weld, add_weld
-from kbot.sim.engine.world_builder import PREFIX, add_world, owner
+from kbot.sim.engine.world_builder import PREFIX, add_world, owner, planes_of
 from kbot.sim.recipe import IMPRATIO, Contacts
 from kbot.text import DescriptionError, Diagnostic, DiagnosticCollector, KbotError, Origin, Severity
 from kbot.world import World
@@ -63,7 +63,7 @@ def build_spec(
     _set_options(spec, timestep, sleeps=any(not body.is_static for body in world.bodies))
     grounds = add_world(spec, world, findings)
     for plan in plans:
-        add_robot(spec, plan, grounds, findings)
+        add_robot(spec, plan, grounds, planes_of(world), findings)
     for weld in welds:
         add_weld(spec, weld, timestep)
     findings.require()
@@ -252,7 +252,7 @@ class Assembly:
     def _overlapped(self, trial: mujoco.MjData, plan: RobotPlan) -> str:
         # in arrays, because a world of thousands of objects has as many contacts
         contacts = trial.contact
-        on_ground = (self.model.geom_contype[contacts.geom] == GROUND).any(axis=1)
+        on_ground = (self.model.geom_contype[contacts.geom] & GROUNDS).any(axis=1)
         for pair in contacts.geom[(contacts.dist < -DEEP) & ~on_ground].tolist():
             names = [owner(self.model, geom) for geom in pair]
             own = [name.startswith(plan.prefix) for name in names]

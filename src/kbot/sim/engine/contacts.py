@@ -19,10 +19,18 @@ ROBOT = 4
 SELF = 8
 """Links of one robot with self-collision."""
 
+FLOOR = 16
+WALL = 32
+"""Planes have bits of their own, ground `FLOOR` and obstacles `WALL`, because cylinders do not touch them
+(`plane_contacts.py`)."""
+PLANES = FLOOR | WALL
+GROUNDS = GROUND | FLOOR
+OBSTACLES = OBSTACLE | WALL
+
 SPRING = 0.9
 """Impedance of a contact that acts as a spring. With less, robots creep down slopes."""
 
-MODELS = tuple(1 << bit for bit in range(4, 31))
+MODELS = tuple(1 << bit for bit in range(6, 31))
 """The other bits: one per model, so that the bodies of a model do not touch each other."""
 
 STIFFEST = 2e5
@@ -63,27 +71,28 @@ def rank(friction: float) -> tuple[int, int]:
 
 def as_ground(geom: mujoco.MjsGeom) -> None:
     """Make a shape to drive on. It touches robots and moving bodies."""
-    geom.contype, geom.conaffinity = GROUND, 0
+    geom.contype, geom.conaffinity = FLOOR if geom.type == mujoco.mjtGeom.mjGEOM_PLANE else GROUND, 0
 
 
 def as_obstacle(geom: mujoco.MjsGeom, moving: bool) -> None:
     """Make an obstacle. It touches robots and moving bodies. If it moves itself, it touches everything."""
-    geom.contype, geom.conaffinity = OBSTACLE, GROUND | OBSTACLE if moving else 0
+    geom.contype = WALL if geom.type == mujoco.mjtGeom.mjGEOM_PLANE else OBSTACLE
+    geom.conaffinity = GROUNDS | OBSTACLES if moving else 0
 
 
 def as_part_of(geom: mujoco.MjsGeom, model: int) -> None:
     """Make a shape of a model (one of `MODELS`): a moving obstacle that does not touch its own model."""
-    geom.contype, geom.conaffinity = model, GROUND | OBSTACLE | ROBOT | (sum(MODELS) & ~model)
+    geom.contype, geom.conaffinity = model, GROUNDS | OBSTACLES | ROBOT | (sum(MODELS) & ~model)
 
 
 def as_robot(geom: mujoco.MjsGeom, others: bool) -> None:
     """Make a robot's shape. It touches ground and obstacles, and if there are `others`, robots too."""
-    geom.contype, geom.conaffinity = ROBOT, GROUND | OBSTACLE | (ROBOT if others else 0)
+    geom.contype, geom.conaffinity = ROBOT, GROUNDS | OBSTACLES | (ROBOT if others else 0)
 
 
 def as_tyre(geom: mujoco.MjsGeom) -> None:
     """Make the sphere of a drive wheel. It touches only the ground."""
-    geom.contype, geom.conaffinity = 0, GROUND
+    geom.contype, geom.conaffinity = 0, GROUNDS
 
 
 def add_skidding(
@@ -111,7 +120,7 @@ def add_skidding(
 
 def as_rim(geom: mujoco.MjsGeom, others: bool) -> None:
     """Make a drive wheel's own shape. It touches everything except the ground."""
-    geom.contype, geom.conaffinity = ROBOT, OBSTACLE | (ROBOT if others else 0)
+    geom.contype, geom.conaffinity = ROBOT, OBSTACLES | (ROBOT if others else 0)
 
 
 def with_self_collision(geom: mujoco.MjsGeom) -> None:

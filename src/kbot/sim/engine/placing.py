@@ -12,7 +12,9 @@ _TYPE = mujoco.mjtGeom
 TERRAIN_GROUP = 5
 """The engine's group of height fields."""
 MESH_GROUP = 3
-"""The engine's group of static meshes, which may be a floor. Rays of sensors do not hit group 4."""
+"""The engine's group of static meshes, which may be a floor."""
+PLANE_GROUP = 4
+"""The engine's group of shapes that only planes touch. Rays of sensors do not hit this group."""
 
 _AROUND = (-0.3, -0.15, 0.0, 0.15, 0.3)
 """Offsets in m at which terrain is sampled around a robot's centre."""

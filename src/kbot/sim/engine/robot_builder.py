@@ -21,6 +21,7 @@ from kbot.sim.engine.bounds import check_bounds
 from kbot.sim.engine.geometry import Meshes, add_shape, wxyz
 from kbot.sim.engine.inertia import check_masses, held_joints, is_fixed, lone_links, set_inertial
 from kbot.sim.engine.joints import add_joint, add_mimics, held_pose
+from kbot.sim.engine.plane_contacts import add_plane_shapes
 from kbot.sim.engine.servo import add_drive_servos, add_joint_servos, add_steering_servos
 from kbot.sim.engine.surfaces import DEFAULT_SURFACE, ContactSurface, link_surfaces
 from kbot.sim.recipe import CASTER_FRICTION, Contacts
@@ -55,17 +56,18 @@ def add_robot(
     spec: mujoco.MjSpec,
     plan: RobotPlan,
     grounds: Sequence[mujoco.MjsGeom],
+    planes: int,
     findings: DiagnosticCollector,
 ) -> None:
     """Add a robot to the engine's model, whose ground are the shapes `grounds`.
 
-    Errors of the description go to `findings`.
+    `planes` are the contact bits of the world's planes. Errors of the description go to `findings`.
     """
     robot, prefix = plan.robot, plan.prefix
     check_bounds(robot, findings)
     findings.require()
     check_masses(robot, findings)
-    shapes = _Shapes(spec, plan, grounds, findings)
+    shapes = _Shapes(spec, plan, grounds, planes, findings)
     root = spec.worldbody.add_body(name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose))
     held, lone = held_joints(robot), lone_links(robot)
     if not is_fixed(robot):
@@ -106,9 +108,10 @@ class _Shapes:
         spec: mujoco.MjSpec,
         plan: RobotPlan,
         grounds: Sequence[mujoco.MjsGeom],
+        planes: int,
         findings: DiagnosticCollector,
     ) -> None:
-        self.spec, self.plan, self.grounds, self.findings = spec, plan, grounds, findings
+        self.spec, self.plan, self.grounds, self.planes, self.findings = spec, plan, grounds, planes, findings
         self.meshes = Meshes(spec)
         self.touching: list[str] = []
         self.mass = total_mass(plan.robot)
@@ -157,6 +160,7 @@ class _Shapes:
                 touch.as_robot(geom, self.plan.others)
             if surface.self_collide:
                 touch.with_self_collision(geom)
+            add_plane_shapes(body, geom, self.planes)
             if link.name not in self.touching:
                 self.touching.append(link.name)
 

@@ -14,6 +14,7 @@ from kbot.sim.engine import contacts as touch
 from kbot.sim.engine.bounds import check_world
 from kbot.sim.engine.geometry import Meshes, add_shape, wxyz
 from kbot.sim.engine.placing import MESH_GROUP
+from kbot.sim.engine.plane_contacts import add_plane_shapes
 from kbot.sim.engine.static_shapes import StaticShapes
 from kbot.sim.engine.world_joints import add_world_joint, stiffen
 from kbot.text import DiagnosticCollector, KbotError
@@ -38,6 +39,7 @@ def add_world(
     bits = _bits_of_models(world, moving_models)
     added: dict[str, tuple[mujoco.MjsBody, w.Body]] = {}
     meshes, statics, grounds = Meshes(spec), StaticShapes(spec), list[mujoco.MjsGeom]()
+    planes = planes_of(world)
     for body in world.bodies:
         own = _own_body(spec, body, moving_models, added)
         if own is not None:
@@ -55,6 +57,8 @@ def add_world(
                 continue
             if body.model in bits:
                 touch.as_part_of(geom, bits[body.model])
+            if own is not None and not body.is_static:
+                add_plane_shapes(own, geom, planes)
             name = f"{PREFIX}{body.name}#{index}"
             if own is None:
                 statics.name(geom, name)
@@ -70,6 +74,16 @@ def add_world(
         _close(spec, loop, added)
     statics.finish()
     return tuple(grounds)
+
+
+def planes_of(world: w.World) -> int:
+    """The contact bits of a world's planes."""
+    planes = 0
+    for body in world.bodies:
+        for part in body.parts:
+            if part.solid and isinstance(part.shape, w.Plane):
+                planes |= touch.FLOOR if part.ground else touch.WALL
+    return planes
 
 
 def _own_body(
@@ -100,8 +114,12 @@ def _own_body(
 
 def _bits_of_models(world: w.World, moving_models: set[str]) -> dict[str, int]:
     """A contact bit for each of the largest models, so that the bodies of a model do not collide."""
-    grounds = {b.model for b in world.bodies if b.is_static and any(part.ground for part in b.parts)}
-    sizes = Counter(body.model for body in world.bodies if body.model in moving_models - grounds - {""})
+    with_ground = {
+        body.model
+        for body in world.bodies
+        if body.is_static and any(part.ground or isinstance(part.shape, w.Plane) for part in body.parts)
+    }
+    sizes = Counter(body.model for body in world.bodies if body.model in moving_models - with_ground - {""})
     largest = (model for model, count in sizes.most_common() if count > 1)
     return dict(zip(largest, touch.MODELS, strict=False))
 
