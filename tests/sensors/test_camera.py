@@ -150,3 +150,28 @@ def test_camera_renders_in_another_thread(camera):
     thread.start()
     thread.join()
     assert np.array_equal(found[0], camera.draw()[0])
+
+
+def test_a_see_through_object_tints_what_is_behind_it_and_has_a_depth(robot):
+    """Before a wall and, above it, before nothing, which is black. One with alpha 0 is not seen."""
+    wall = box("wall", (0.1, 20.0, 1.0), 4.05, 0.0, rgba=(0.9, 0.9, 0.9, 1.0))
+    images = []
+    for alpha in (0.0, 0.5, 1.0):
+        glass = box("glass", (0.2, 1.0, 4.0), 2.1, 0.0, rgba=(1.0, 0.0, 0.0, alpha))
+        simulation = Simulation(robot, World("hall", (floor(), wall, glass)))
+        try:
+            camera = simulation.add_sensor(
+                Camera(link="base_footprint", pose=UP, width=64, height=48, depth=True)
+            )
+        except KbotError as error:
+            pytest.skip(str(error))
+        images.append(camera.draw())
+    (clear, far), (tinted, near), (opaque, solid) = images
+    for row in (4, 24):
+        expected = (clear[row, 32].astype(float) + opaque[row, 32]) / 2.0
+        assert tinted[row, 32] == pytest.approx(expected, abs=3.0)
+        assert near[row, 32] == pytest.approx(2.0, abs=1e-3)
+        assert solid[row, 32] == pytest.approx(2.0, abs=1e-3)
+    assert clear[4, 32].tolist() == [0, 0, 0]
+    assert far[4, 32] == math.inf
+    assert far[24, 32] == pytest.approx(4.0, abs=1e-3)

@@ -20,7 +20,11 @@ MISSING = (
 
 
 class Canvas:
-    """Draw the only camera of a model. Raises KbotError if off-screen OpenGL is not available."""
+    """Draw the only camera of a model. Raises KbotError if off-screen OpenGL is not available.
+
+    MuJoCo draws each see-through shape twice, front to back and then back to front (`mjr_render`), without
+    depth. The opacities of the model are changed to those that, drawn twice, have the intended effect.
+    """
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int, shadows: bool = False) -> None:
         self._gl = _context(width, height)
@@ -38,6 +42,9 @@ class Canvas:
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
         self._colours = np.empty((height, width, 3), dtype=np.uint8)
         self._depths = np.empty((height, width), dtype=np.float32)
+        alpha = model.geom_rgba[:, 3]
+        self._is_see_through = bool(((alpha > 0.0) & (alpha < 1.0)).any())
+        alpha[:] = 1.0 - np.sqrt(1.0 - np.clip(alpha, 0.0, 1.0))
 
     def draw(self, data: mujoco.MjData) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """Return colours (height, width, 3) and distances along the camera's axis (height, width) in m.
@@ -50,14 +57,54 @@ class Canvas:
     def draw_depths(self, data: mujoco.MjData) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Return colours and depths of OpenGL, which grow with the distance and are 1 where nothing is drawn.
 
-        Both are only valid until the next call.
+        See-through shapes have the depth of opaque ones. Their colours are mixed with those behind them: with
+        black where nothing is drawn. Both arrays are only valid until the next call.
         """
+        self._draw(data, self._colours, self._depths)
+        if self._is_see_through:
+            rgba = self._model.geom_rgba.copy()
+            rgba[:, 3] = rgba[:, 3] > 0.0
+            with self._painted(rgba):
+                self._draw(data, None, self._depths)
+        return self._colours[::-1], self._depths[::-1]
+
+    def draw_opacity(self, data: mujoco.MjData) -> NDArray[np.uint8] | None:
+        """Return the opacity (height, width) of all that is drawn, in 0..255.
+
+        None if nothing is see-through: what has a depth of less than 1 is then opaque.
+        """
+        if not self._is_see_through:
+            return None
+        rgba = self._model.geom_rgba.copy()
+        rgba[:, :3] = 1.0
+        colours = np.empty_like(self._colours)
+        with self._painted(rgba, shaded=False):
+            self._draw(data, colours, None)
+        opacity: NDArray[np.uint8] = colours[::-1, :, 0]
+        return opacity
+
+    def _draw(
+        self, data: mujoco.MjData, colours: NDArray[np.uint8] | None, depths: NDArray[np.float32] | None
+    ) -> None:
         model, everything = self._model, mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(model, data, self._option, None, self._camera, everything, self._scene)
         with self._current():
             mujoco.mjr_render(self._rectangle, self._scene, self._context)
-            mujoco.mjr_readPixels(self._colours, self._depths, self._rectangle, self._context)
-        return self._colours[::-1], self._depths[::-1]
+            mujoco.mjr_readPixels(colours, depths, self._rectangle, self._context)
+
+    @contextmanager
+    def _painted(self, rgba: NDArray[np.float32], shaded: bool = True) -> Iterator[None]:
+        """Draw with other colours (ngeom, 4): shaded, or equal from every side and without textures."""
+        model, headlight = self._model, self._model.vis.headlight
+        kept = model.geom_rgba.copy(), model.geom_matid.copy(), headlight.ambient.copy()
+        model.geom_rgba[:] = rgba
+        if not shaded:
+            model.geom_matid[:] = -1
+            headlight.ambient[:] = 1.0  # the sum of all light is at most 1
+        try:
+            yield
+        finally:
+            model.geom_rgba[:], model.geom_matid[:], headlight.ambient[:] = kept
 
     def metres(self, depths: NDArray[np.float32]) -> NDArray[np.float64]:
         """The distances in m of depths of OpenGL."""

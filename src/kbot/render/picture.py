@@ -98,7 +98,7 @@ class Painter:
         palette = PALETTES[look.theme]
         floor = Floor(things, look, palette)
         background, mark = palette.background[:, None, None], palette.mark[:, None, None]
-        drawn = self._canvas.draw_depths(self.data)
+        drawn = *self._canvas.draw_depths(self.data), self._canvas.draw_opacity(self.data)
         pixels = np.empty((look.height, look.width, 4 if look.transparent else 3), dtype=np.uint8)
         for top in range(0, look.height, band := max(1, _BAND_PIXELS // look.width)):
             rows = slice(top, min(top + band, look.height))
@@ -131,7 +131,11 @@ class Painter:
         self.data.mocap_pos[index], self.data.mocap_quat[index] = pose.translation, (w, x, y, z)
 
     def _averaged(
-        self, colours: NDArray[np.uint8], depths: NDArray[np.float32], rows: slice
+        self,
+        colours: NDArray[np.uint8],
+        depths: NDArray[np.float32],
+        opacity: NDArray[np.uint8] | None,
+        rows: slice,
     ) -> tuple[Array, Array, Array]:
         """Return colours (3, rows, w), opacity (rows, w) in 0..1, and the least depth (rows, w) in m.
 
@@ -140,12 +144,18 @@ class Painter:
         finer = self._finer
         part = slice(rows.start * finer, rows.stop * finer)
         depths, colours = depths[part], colours[part]
-        hit = depths < 1.0
-        count = _in_columns(np.add, _in_rows(np.add, hit.view(np.uint8), finer), finer)
+        if opacity is None:
+            hit = depths < 1.0
+            count = _in_columns(np.add, _in_rows(np.add, hit.view(np.uint8), finer), finer)
+        else:
+            covered = opacity[part].astype(np.uint16)
+            count = _in_columns(np.add, _in_rows(np.add, covered, finer), finer) / 255.0
         added = _in_rows(np.add, colours.astype(np.uint16), finer)  # the engine's background is black
         summed = np.stack([_in_columns(np.add, added[..., channel], finer) for channel in range(3)])
         nearest = _in_columns(np.minimum, _in_rows(np.minimum, depths, finer), finer)
-        return summed / (255.0 * np.maximum(count, 1)), count / finer**2, self._canvas.metres(nearest)
+        # what is see-through is mixed with the background, which is black: this divides by its opacity
+        unmixed = np.minimum(summed / np.maximum(255.0 * count, 1.0), 1.0)
+        return unmixed, count / finer**2, self._canvas.metres(nearest)
 
 
 def _in_rows(combine: np.ufunc, values: NDArray[Number], finer: int) -> NDArray[Number]:
