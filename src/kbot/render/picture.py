@@ -144,12 +144,8 @@ class Painter:
         finer = self._finer
         part = slice(rows.start * finer, rows.stop * finer)
         depths, colours = depths[part], colours[part]
-        if opacity is None:
-            hit = depths < 1.0
-            count = _in_columns(np.add, _in_rows(np.add, hit.view(np.uint8), finer), finer)
-        else:
-            covered = opacity[part].astype(np.uint16)
-            count = _in_columns(np.add, _in_rows(np.add, covered, finer), finer) / 255.0
+        covered = (depths < 1.0) * np.uint16(255) if opacity is None else opacity[part].astype(np.uint16)
+        count = _in_columns(np.add, _in_rows(np.add, covered, finer), finer).astype(np.float64) / 255.0
         added = _in_rows(np.add, colours.astype(np.uint16), finer)  # the engine's background is black
         summed = np.stack([_in_columns(np.add, added[..., channel], finer) for channel in range(3)])
         nearest = _in_columns(np.minimum, _in_rows(np.minimum, depths, finer), finer)
