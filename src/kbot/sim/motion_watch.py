@@ -351,10 +351,10 @@ class MotionWatch:
     def _look_at_motors(self, time: float) -> None:
         """Find a motor that stays at its torque limit without reaching the commanded speed."""
         body = self._robots.first.body
-        efforts, speeds = body.joint_efforts, body.joint_velocities
+        speeds = body.joint_velocities
         for joint, most in self._torques.items():
             commanded, speed = abs(body.servo_command(joint)), abs(speeds[joint])
-            if abs(efforts[joint]) < AT_LIMIT * most or speed >= TOO_SLOW * commanded:
+            if abs(body.motor_torque(joint)) < AT_LIMIT * most or speed >= TOO_SLOW * commanded:
                 self._weak_since.pop(joint, None)
                 continue
             since = self._weak_since.setdefault(joint, time)

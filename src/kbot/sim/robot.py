@@ -18,7 +18,7 @@ from kbot.sim.joint_control.trajectory import joint_command, trajectory_points
 from kbot.sim.journal import Journal
 from kbot.sim.numbers import is_finite
 from kbot.sim.preparation import Prepared
-from kbot.sim.recipe import SLEW_PERIOD, WATCHDOG
+from kbot.sim.recipe import SLEW_PERIOD, STEERING_PERIOD, WATCHDOG
 from kbot.sim.robot_body import RobotBody
 from kbot.sim.robot_joints import RobotJoints
 from kbot.sim.wheel_odometry import Motion
@@ -42,7 +42,8 @@ class SimulatedRobot:
         self.drive = prepared.drive
         """How the robot drives, or why it cannot."""
         self.settings = prepared.settings
-        self._period = max(1, round(SLEW_PERIOD / engine.timestep))
+        period = STEERING_PERIOD if isinstance(prepared.drive, SteeredDrive) else SLEW_PERIOD
+        self._period = max(1, round(period / engine.timestep))
         """Steps between two commands to the servos."""
         seconds = self._period * engine.timestep
         self.body = RobotBody(prepared, engine)

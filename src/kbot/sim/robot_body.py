@@ -8,14 +8,17 @@ import mujoco
 import numpy as np
 
 from kbot.kinematics.angles import FULL_TURN
+from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar_pose import PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.messages.types import yaw_of
 from kbot.sim.engine.arrays import numbers
+from kbot.sim.engine.base_servo import AXES
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.inertia import held_joints
 from kbot.sim.engine.joints import resistance, rest
+from kbot.sim.engine.motors import Motors, Share
 from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.preparation import Prepared
 from kbot.sim.wheel_odometry import Motion
@@ -33,6 +36,8 @@ class RobotBody:
         robot = self.robot = prepared.robot
         self._name = prepared.naming.name
         self._base = prepared.base
+        drive = self._drive = prepared.drive
+        self._driving = frozenset(drive.joints if isinstance(drive, DifferentialDrive) else ())
         self._engine = engine
         self.base_from_root = FrameTree(robot).pose(robot.root, self._base)
         """Constant, because the base is rigidly connected to the root."""
@@ -52,7 +57,7 @@ class RobotBody:
         """Find the links and joints in the engine's model."""
         model, data = self._engine.model, self._engine.data
         self._qpos, self._qvel = numbers(data.qpos), numbers(data.qvel)
-        self._force = numbers(data.qfrc_actuator)
+        self._qacc = numbers(data.qacc)
         body, joint = mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_JOINT
         self._bodies: dict[str, int] = {
             link: mujoco.mj_name2id(model, body, self.prefix + link) for link in self.robot.links
@@ -72,6 +77,9 @@ class RobotBody:
         root = mujoco.mj_name2id(model, joint, self.prefix)
         self.root_qpos = int(model.jnt_qposadr[root]) if root >= 0 else -1
         self._root_dof = int(model.jnt_dofadr[root]) if root >= 0 else -1
+        shares = self._shares()
+        motors = {name: (dof, shares[name]) for name, (_, dof) in self._joints.items()}
+        self._motors = Motors(model, data, motors, pushes=not isinstance(self._drive, HolonomicDrive))
 
     @property
     def prefix(self) -> str:
@@ -143,13 +151,48 @@ class RobotBody:
 
     @property
     def joint_efforts(self) -> dict[str, float]:
-        """Efforts of the servos, in N m or N."""
-        efforts = {name: self._force[at[1]] for name, at in self._joints.items()}
-        for name, friction in self._overcome.items():
-            speed = self._qvel[self._joints[name][1]]
-            if abs(speed) > _TURNS:
-                efforts[name] += math.copysign(friction, speed)
-        return efforts | self._no_speed
+        """The effort in N m or N of each joint, as `joint_effort`."""
+        return {name: self.joint_effort(name) for name in self._joints} | self._no_speed
+
+    def joint_effort(self, joint: str) -> float:
+        """The effort in N m or N of the motor of a joint that can move, over the last step.
+
+        For a driving joint it is the torque on the wheel: the motor exerts that besides what its own inertia,
+        and the damping and dry friction of the joint, take. For others it is all that the servo exerts.
+        """
+        return self._motors.on_link(joint) if joint in self._driving else self._motors.effort(joint)
+
+    def joint_power(self, joint: str) -> float:
+        """The mean power in W of a joint's effort over the last step."""
+        dof = self._joints[joint][1]
+        half_a_step = self._engine.timestep / 2.0
+        return self.joint_effort(joint) * (self._qvel[dof] - half_a_step * self._qacc[dof])
+
+    def motor_torque(self, joint: str) -> float:
+        """All the torque in N m that the motor of a driving joint exerts, which its effort limit limits."""
+        friction, speed = self._overcome.get(joint, 0.0), self._qvel[self._joints[joint][1]]
+        overcome = math.copysign(friction, speed) if abs(speed) > _TURNS else 0.0
+        return self._motors.effort(joint) + overcome
+
+    def _shares(self) -> dict[str, list[Share]]:
+        """What exerts the effort of each joint."""
+        shares = {
+            name: [Share(self.prefix + name, 1.0), Share(f"{self.prefix}{name}:damping", 1.0)]
+            for name in self._joints
+        }
+        if isinstance(self._drive, HolonomicDrive):
+            # The wheels slide, and a servo moves the base. What the base's acceleration takes of their motors
+            # is what accelerates their armatures. They also exert the other forces on the base, such as its
+            # weight on a slope, by virtual work: these are the shares of a wheel's turn in the base's motion.
+            model, root = self._engine.model, self._root_dof
+            mass = float(model.body_subtreemass[self.index(self.robot.root)])
+            masses = (mass, mass, float(model.dof_M0[root + 5])) if root >= 0 else (0.0, 0.0, 0.0)
+            to_twist = np.linalg.pinv(self._drive.wheels_from_twist).T.tolist()
+            for name, row in zip(self._drive.joints, to_twist, strict=True):
+                shares[name] += [
+                    Share(self.prefix + AXES[axis], row[axis], masses[axis]) for axis in range(3)
+                ]
+        return shares
 
     @property
     def links(self) -> tuple[str, ...]:

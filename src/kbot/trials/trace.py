@@ -101,6 +101,8 @@ class Sampler:
         self._carried = _Support(self._robot.body.prefix)
         self._height = float(simulation.link_pose(self._robot.base).translation[2])
         self._distance = self._energy = 0.0
+        self._powers: dict[str, float] = {}
+        """The power in W of each driving joint at the last sample."""
         self._last = self._start
         self._count = 0
         self.goals_reached = 0
@@ -181,14 +183,17 @@ class Sampler:
         )
 
     def _work(self) -> float:
-        """Add the work since the last sample. Returns the largest effort of a driving joint."""
+        """Add the work since the last sample. Returns the largest effort of a driving joint.
+
+        Work that a joint absorbs while it brakes does not count: few motor drivers return it to the battery.
+        """
         if not self._driving:
             return 0.0
-        body = self._robot.body
-        efforts, speeds = body.joint_efforts, body.joint_velocities
-        power = sum(max(0.0, efforts[joint] * speeds[joint]) for joint in self._driving)
-        self._energy += power / self._rate
-        return max(abs(efforts[joint]) for joint in self._driving)
+        body, before = self._robot.body, self._powers
+        self._powers = {joint: body.joint_power(joint) for joint in self._driving}
+        for joint, power in before.items():
+            self._energy += max(0.0, (power + self._powers[joint]) / 2.0 / self._rate)
+        return max(abs(body.joint_effort(joint)) for joint in self._driving)
 
     def _look_at_contacts(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         name = self._collisions.touched(model, data)

@@ -14,11 +14,11 @@ from kbot.sim.drive.twist_controller import STILL, Twist
 from kbot.sim.drive.wheel_servos import ServoState, slack
 from kbot.sim.engine.arrays import numbers
 from kbot.sim.engine.base_servo import AXES, traction
-from kbot.sim.recipe import CONTROL_PERIOD, SERVO_TIME
+from kbot.sim.recipe import BASE_SERVO_TIME, CONTROL_PERIOD
 
 HOLDING = 10.0
 """Gain in 1/s of the integral part of the base's servo, which holds the base on a slope. It is far slower
-than the servo itself (`SERVO_TIME`), and slower than the control period."""
+than the servo itself (`BASE_SERVO_TIME`), and slower than the control period."""
 _LEVEL = 0.7
 """Least vertical component of the normal of a contact that carries the base. A wall does not carry it."""
 
@@ -105,7 +105,7 @@ class HolonomicServos:
             AXES, (mass, mass, inertia), (1.0, 1.0, lever), motors, (scale, scale, turn_scale), strict=True
         ):
             actuator = mujoco.mj_name2id(model, actuators, prefix + name)
-            gain = moved / SERVO_TIME
+            gain = moved / BASE_SERVO_TIME
             model.actuator_gainprm[actuator, 0] = gain
             model.actuator_biasprm[actuator, 2] = -gain
             axes.append(_Axis(actuator, gain, friction * arm, most, ratio))
@@ -174,7 +174,7 @@ class HolonomicServos:
     def roll(self) -> Twist:
         """The angles. Also adapts the base's servo to the load, and limits the wind-up of all servos."""
         for wheel in self._wheels:
-            middle = self._qpos[wheel.position] + wheel.lag * self._qvel[wheel.speed]
+            middle = wheel.lag * self._qvel[wheel.speed]
             ahead = self._act[wheel.state] - middle
             self._act[wheel.state] = middle + min(max(ahead, -wheel.reach), wheel.reach)
         if not self._wheels:
@@ -214,6 +214,6 @@ class HolonomicServos:
         """Stop the wheels at their current angles and clear the servos' state."""
         for wheel in self._wheels:
             self._qvel[wheel.speed] = 0.0
-            self._act[wheel.state] = self._qpos[wheel.position]
+            self._act[wheel.state] = 0.0
         self._held = STILL
         self._command_base()

@@ -139,7 +139,7 @@ class SteeredServos:
         for wheel in self._wheels:
             if wheel.rolling is not None:
                 self._qvel[wheel.rolling.speed] = 0.0
-                self._act[wheel.rolling.state] = self._qpos[wheel.rolling.position]
+                self._act[wheel.rolling.state] = 0.0
 
     def angles(self) -> Twist:
         """How far the wheels drove the base: forwards and leftwards in m, and turned in rad."""
@@ -157,8 +157,8 @@ class SteeredServos:
         self.state = (*moved, self._ways(), self._directions())
         for wheel in self._wheels:
             if wheel.rolling is not None:
-                position, speed, state, _, reach, lag = wheel.rolling
-                middle = self._qpos[position] + lag * self._qvel[speed]
+                _, speed, state, _, reach, lag = wheel.rolling
+                middle = lag * self._qvel[speed]
                 self._act[state] = middle + min(max(self._act[state] - middle, -reach), reach)
         return moved
 

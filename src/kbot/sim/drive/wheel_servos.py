@@ -75,9 +75,9 @@ class WheelServos:
 
     def settle(self) -> None:
         """Stop the wheels at their current angles and clear their servos' state."""
-        for position, speed, state, _, _, _, _ in self._places:
+        for _, speed, state, _, _, _, _ in self._places:
             self._qvel[speed] = 0.0
-            self._act[state] = self._qpos[position]
+            self._act[state] = 0.0
 
     def angles(self) -> tuple[float, float]:
         """Mean angle of each side's wheels in rad."""
@@ -96,7 +96,7 @@ class WheelServos:
             angle = qpos[position]
             left += angle * to_left
             right += angle * to_right
-            middle = angle + lag * qvel[speed]
+            middle = lag * qvel[speed]
             ahead = act[state] - middle
             if ahead > reach:
                 act[state] = middle + reach
@@ -108,8 +108,8 @@ class WheelServos:
 def slack(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
     """`reach` and `lag` of a servo, which limit its wind-up.
 
-    In steady motion a wheel runs behind the servo's state by its speed times `lag` (s). From there, the state
-    may be `reach` (rad) off: twice what saturates the torque.
+    The servo's state is how far its wheel is behind: in steady motion its speed times `lag` (s). From there,
+    the state may be `reach` (rad) off: twice what saturates the torque.
     """
     stiffness = float(model.actuator_gainprm[actuator, 0])
     damping = -float(model.actuator_biasprm[actuator, 2])
