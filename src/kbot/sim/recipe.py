@@ -54,7 +54,7 @@ STEERING_PERIOD = 0.01
 """Seconds between updates of wheels that steer. Their servos are slower: with shorter periods they slip more
 where all of them begin to steer."""
 
-SERVO_TIME = 0.004
+SERVO_TIME = 0.005
 """Time constant of the speed servo in s: kv is the moved inertia divided by it."""
 
 BASE_SERVO_TIME = 0.007
@@ -62,7 +62,7 @@ BASE_SERVO_TIME = 0.007
 
 SERVO_STIFFNESS = 30.0
 """Stiffness per damping in 1/s. It holds a robot on a slope. With SERVO_TIME, and with an inertia of the
-servo that is as large as the moved one, the servo is critically damped. An overshoot would cost energy."""
+servo that is as large as the moved one, the servo is nearly critically damped. An overshoot costs energy."""
 
 SERVO_MARGIN = 1.3
 """Torque limit as a multiple of the torque that the tyre can hold. Without a limit a robot climbs walls."""
