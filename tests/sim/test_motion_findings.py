@@ -268,8 +268,8 @@ def test_a_plugin_s_torque_limit_is_reported_at_it(urdf):
 
 
 def test_a_motor_that_is_weak_for_a_moment_is_an_info_about_the_distance(urdf):
-    """0.05 N m at each wheel of 0.05 m pull with 2 N. They accelerate 5.7 kg, and the spin of the wheels (0.24
-    kg at the rim), at 0.34 m/s^2. Of 1.5 m the robot misses 0.3^2 / (2 x 0.34) = 0.13 m."""
+    """0.05 N m at each wheel of 0.05 m pull with 2 N. They accelerate 5.7 kg, and the spin of the wheels,
+    0.24 kg at the rim, at 0.34 m/s^2. Of 1.5 m the robot misses 0.3^2 / (2 x 0.34) = 0.13 m."""
     text = cart(limit='<limit effort="0.05" velocity="20"/>')
     assert driven(urdf(text), (0.3, 0.0, 2.0)).findings == ()
     found = only(driven(urdf(text), (0.3, 0.0, 5.0)))

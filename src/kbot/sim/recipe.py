@@ -54,8 +54,9 @@ STEERING_PERIOD = 0.01
 """Seconds between updates of wheels that steer. Their servos are slower: with shorter periods they slip more
 where all of them begin to steer."""
 
-SERVO_TIME = 0.005
-"""Time constant of the speed servo in s: kv is the moved inertia divided by it."""
+SERVO_TIME = 0.0055
+"""Time constant of the speed servo in s: kv is the moved inertia divided by it. At 4.5 ms, cars
+with steered wheels slip more as they begin to steer. At 7 ms, the overshoot costs 1.5 % of energy."""
 
 BASE_SERVO_TIME = 0.007
 """The same for the servo that moves a holonomic base."""
