@@ -93,9 +93,9 @@ def test_set_poses_and_twists_are_possible(sim):
 
 
 def test_what_overlaps_at_the_start_is_pushed_out(kbot_robot):
-    """The robot's middle is 2 cm inside a wall, which W111 reports."""
+    """The robot's front is 3 cm inside a wall, which W111 reports."""
     place = World(
-        "wall", (box("floor", (9, 9, 0.1), 0, 0, -0.05, ground=True), box("wall", (0.1, 2, 1), 0.06, 0))
+        "wall", (box("floor", (9, 9, 0.1), 0, 0, -0.05, ground=True), box("wall", (0.1, 2, 1), 0.08, 0))
     )
     simulation = Simulation(kbot_robot, place, start=PlanarPose(0.0, 0.0, 0.0))
     assert [found.code for found in simulation.diagnostics] == ["W111"]

@@ -268,7 +268,8 @@ def test_wheels_that_all_steer_drive_every_twist(urdf, text, command):
         angle = atan2(left, ahead) - sim.joint_positions[module.steering]
         slip = hypot(ahead, left) * sin(angle) + yaw * module.trail
         assert slip == pytest.approx(0.0, abs=0.005)
-    assert_odometry_is_true(sim)
+    # while a wheel with a trail steers, its contact slides by up to trail x angle
+    assert_odometry_is_true(sim, within=0.015 if text is SWERVE else 0.02)
 
 
 CORNERS = ("front_left", "front_right", "rear_left", "rear_right")

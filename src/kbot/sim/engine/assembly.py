@@ -261,13 +261,17 @@ class Assembly:
         return ""
 
 
+_PRESSED = 1e-9
+"""Metres by which a robot starts in the ground. Wheels that only touch it turn freely in the first step."""
+
+
 def _put_on_ground(model: mujoco.MjModel, data: mujoco.MjData, plan: RobotPlan, geoms: list[int]) -> None:
     root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)
     lowest = lowest_point(model, data, geoms)
     if root >= 0 and lowest is not None:
         x, y, _ = plan.pose.translation.tolist()
         ground = ground_height(model, data, x, y)
-        model.qpos0[model.jnt_qposadr[root] + 2] += ground - lowest
+        model.qpos0[model.jnt_qposadr[root] + 2] += ground - lowest - _PRESSED
 
 
 _POSITIONS = {0: 7, 1: 4, 2: 1, 3: 1}
