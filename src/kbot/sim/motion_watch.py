@@ -129,6 +129,11 @@ class Standstill:
     allowed: float
     wheels_turn: bool
 
+    @property
+    def is_limited(self) -> bool:
+        """Whether the limits of the drive explain at least half of the distance that is missing."""
+        return self.allowed < 2.0 * STUCK
+
 
 @dataclass(frozen=True, slots=True)
 class Excess:

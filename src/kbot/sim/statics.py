@@ -1,13 +1,15 @@
-"""Forces on a robot: how much its tyres can push, how much its other parts drag, and when it tips over."""
+"""Forces on a robot: where it rests, how much its tyres push and its other parts drag, what loads its joints,
+and when it tips over."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from math import hypot, inf
+from math import acos, hypot, inf
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from kbot.kinematics.bodies import center_of_mass
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive
@@ -28,6 +30,21 @@ takes 2 and 7 % from turns. Straight ahead it takes a third of that.
 """
 _MEAN = 0.1
 """Seconds over which contact forces are averaged."""
+_FLAT = 0.7
+"""Least vertical component of the ground's normal: it rises by up to 45 degrees, and walls are steeper."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroundContact:
+    """A contact of a robot's `link` with a fixed shape below it.
+
+    depth   how deep the link is in the shape, in m
+    normal  of the ground (3,), upwards
+    """
+
+    link: str
+    depth: float
+    normal: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +72,57 @@ class Grip:
         return min(1.0, max(0.0, 1.0 - (self.push - self.drag) / needed))
 
 
+def ground_contacts(
+    model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot
+) -> Iterator[GroundContact]:
+    """The contacts of a robot with the ground, now."""
+    own = own_geometries(model, robot.name)
+    mine, normals = set(own.tolist()), data.contact.frame[:, :3]
+    is_own = np.isin(data.contact.geom, own).any(axis=1)
+    for index in np.flatnonzero(is_own & (np.abs(normals[:, 2]) > _FLAT)).tolist():
+        pair, normal = data.contact.geom[index].tolist(), normals[index]
+        for geom, other in (pair, pair[::-1]):
+            if geom in mine and model.body_weldid[model.geom_bodyid[other]] == 0:
+                depth = -float(data.contact.dist[index])
+                yield GroundContact(_link_of(model, geom), depth, normal * np.sign(normal[2]))
+
+
+def ground_below(
+    model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot
+) -> tuple[list[str], NDArray[np.float64]]:
+    """The links that rest on the ground, without those that roll, and the mean normal of the ground (3,)."""
+    rolling = robot.drive.carriers if isinstance(robot.drive, DifferentialDrive) else ()
+    contacts = list(ground_contacts(model, data, robot))
+    # without a contact the ground is taken to be level
+    normal = sum((contact.normal for contact in contacts), np.array([0.0, 0.0, 1e-9]))
+    resting = [contact.link for contact in contacts if contact.link not in rolling]
+    return resting, normal / np.linalg.norm(normal)
+
+
+def angle_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """The angle in rad between two unit vectors (3,)."""
+    return acos(min(1.0, max(-1.0, float(a @ b))))
+
+
+def joint_loads(
+    model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, positions: Mapping[str, float]
+) -> dict[str, float]:
+    """The magnitudes in N m or N of the efforts that hold joints at these positions (rad or m) against the
+    robot's weight."""
+    still = mujoco.MjData(model)
+    still.qpos[:] = data.qpos
+    joints = {name: model.joint(robot.body.prefix + name) for name in positions}
+    for name, joint in joints.items():
+        still.qpos[joint.qposadr] = positions[name]
+    mujoco.mj_forward(model, still)
+    return {name: abs(float(still.qfrc_bias[joint.dofadr[0]])) for name, joint in joints.items()}
+
+
+def _link_of(model: mujoco.MjModel, geom: int) -> str:
+    """The link of a robot's geometry."""
+    return str(model.body(int(model.geom_bodyid[geom])).name).partition("/")[2]
+
+
 def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, in_turn: bool) -> Grip:
     """The friction of a robot's contacts now: the mean of the next `_MEAN` seconds, because slipping wheels
     hop."""
@@ -79,8 +147,7 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
             if (first in mine) is (second in mine):
                 continue
             mujoco.mj_contactForce(model, trial, index, force)
-            body = int(model.geom_bodyid[first if first in mine else second])
-            link = str(model.body(body).name).partition("/")[2]
+            link = _link_of(model, first if first in mine else second)
             load = float(force[0]) / mass / steps
             # a contact of one dimension has no friction
             friction = float(contact.friction[0]) * load if contact.dim > 1 else 0.0

@@ -102,6 +102,11 @@ class DifferentialDrive:
         return tuple(wheel.link for wheel in self.wheels.values())
 
     @property
+    def carriers(self) -> tuple[str, ...]:
+        """The links on which the base stands, also those of its wheels."""
+        return (*(wheel.link for wheel in self.wheels.values()), *self.casters)
+
+    @property
     def mistakes(self) -> dict[str, str]:
         """Errors of the plugin or controller by joint, because of which the robot does not move as
         commanded."""
