@@ -119,7 +119,12 @@ class MotionCauses:
     def of_odometry_error(self, seen: OdometryError) -> Cause:
         """Sizes, sides and axes explain what is left without the slip. Slip has another cause."""
         if seen.slip <= (1.0 - _MOST) * seen.total:
-            return self._drive_fault(self._size_codes(seen)) or self._fault(("D111",)) or _unknown()
+            return (
+                self._drive_fault(self._size_codes(seen))
+                or self._fault(("D111",))
+                or self._assumes_slip(seen)
+                or _unknown()
+            )
         share, in_turn = seen.share * seen.slip / seen.total, seen.odometry_rotation > _IN_TURN
         if in_turn and _is_of_heading(seen, 0.0):
             share = abs(seen.heading_error) / seen.odometry_rotation
@@ -325,20 +330,32 @@ class MotionCauses:
     def _skids(self, seen: OdometryError) -> Cause | None:
         """Several axles, whose wheels are dragged sideways in a turn.
 
-        Such a base makes `_LEAST_TURN` to `_MOST_TURN` of a turn, about a point between its axles. So the
-        middle is off by at most the distance of the axles, and by the heading's error on the way.
+        Such a base makes `_LEAST_TURN` to `_MOST_TURN` of the turn of wheels with its true sizes that do not
+        slip, about a point between its axles. So the middle is off by at most the distance of the axles, and
+        by the heading's error on the way.
         """
-        if len(self._drive.left) < 2:
+        drive, settings = self._drive, self._settings
+        if len(drive.left) < 2 or seen.odometry_rotation < _IN_TURN:
             return None
-        turned, error = seen.odometry_rotation, abs(seen.odometry_rotation - seen.rotation)
-        if turned < _IN_TURN or not _LEAST_TURN * turned <= seen.rotation <= _MOST_TURN * turned:
+        odometry_from_true = settings.radius / settings.separation * drive.separation / drive.radius
+        turned = seen.odometry_rotation / odometry_from_true
+        if not _LEAST_TURN * turned <= seen.rotation <= _MOST_TURN * turned:
             return None
-        forward = self._drive.axle_in_base.rotation[:, 0]
-        ahead = [float(wheel.center @ forward) for wheel in self._drive.wheels.values()]
+        forward, error = drive.axle_in_base.rotation[:, 0], abs(turned - seen.rotation)
+        ahead = [float(wheel.center @ forward) for wheel in drive.wheels.values()]
         most = max(ahead) - min(ahead) + seen.distance * error + self._half * error
         if most < _MOST * seen.slip:
             return None
-        return self._skid(turned / seen.rotation if _is_of_heading(seen, self._half) else 1.0)
+        is_of_heading = _is_of_heading(seen, self._half)
+        return self._skid(seen.odometry_rotation / seen.rotation if is_of_heading else 1.0)
+
+    def _assumes_slip(self, seen: OdometryError) -> Cause | None:
+        """A wheel separation that assumes more slip of several axles than there is. D105 does not report it,
+        because such a base needs a separation above that of its wheels."""
+        turned = seen.odometry_rotation
+        if len(self._drive.left) < 2 or not _IN_TURN <= turned < seen.rotation:
+            return None
+        return self._skid(turned / seen.rotation) if _is_of_heading(seen, self._half) else None
 
     def _skid(self, factor: float) -> Cause:
         """The slip of several axles, with which the wheels turn by `factor` times the turn of the base."""
