@@ -1,40 +1,33 @@
-"""Causes of what `MotionWatch` observed, compared with the size of the observation."""
+"""Causes of what `MotionWatch` observed. Each is compared with the size of the observation."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from math import degrees, hypot, inf, pi, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.controller_files import Parameter
-from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives, drive_controller
-from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, SteeredDrive
+from kbot.kinematics.drive.drive import HolonomicDrive, SteeredDrive
 from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.drive.wheels import movable_above
 from kbot.kinematics.spatial import GRAVITY
-from kbot.kinematics.transform import Transform
 from kbot.model import JointType
+from kbot.sim.cause import MOST, Cause, percent, unknown
 from kbot.sim.command_watch import Miss
-from kbot.sim.drive.settings import TORQUE, DriveSettings
 from kbot.sim.drive.twist_controller import Twist
 from kbot.sim.engine.base_servo import traction
 from kbot.sim.engine.contacts import SPRING
 from kbot.sim.engine.engine import Engine
-from kbot.sim.engine.joints import resistance, rest
+from kbot.sim.engine.joints import rest
+from kbot.sim.limit_causes import LimitCauses
 from kbot.sim.motion_watch import Excess, Explanation, OdometryError, Standstill, Weakness
-from kbot.sim.recipe import FRICTION, LINEAR_ACCELERATION
+from kbot.sim.recipe import FRICTION
 from kbot.sim.robot import SimulatedRobot
-from kbot.sim.statics import angle_between, grip, ground_below, tipping
+from kbot.sim.statics import angle_between, grip, ground_below, mass_of, tipping
 from kbot.text import Diagnostic, Origin, Related, Severity
 
-_SAME = 0.01
-"""Share by which a declared size may differ, as in D105 and D106."""
-_MOST = 0.5
-"""Least share of what was observed that a cause must explain. No other cause can then explain more of it."""
 _SUDDEN = 2.0
 """Factor by which a load that begins suddenly exceeds one that grows slowly: the dynamic factor of a beam."""
 _LEAST_TURN, _MOST_TURN = 0.2, 1.1
@@ -51,23 +44,6 @@ _STEERS = 1.0
 takes 0.8 s."""
 _GIVES_WAY = radians(6.0)
 """Angle in rad by which a suspension without a spring gives way at least."""
-_SLOWEST = 0.05
-"""Share of its highest speed at which a robot ordinarily drives at least."""
-
-_SPEED_LIMITS = (
-    ("max_linear_velocity", "max_velocity", "linear.x.max_velocity"),
-    ("max_angular_velocity", "angular.z.max_velocity"),
-)
-_RIM_ACCELERATION = ("wheelAcceleration", "max_wheel_acceleration")
-_ACCELERATION_LIMITS = (
-    ("max_linear_acceleration", "max_acceleration", "linear.x.max_acceleration", *_RIM_ACCELERATION),
-    ("max_angular_acceleration", "angular.z.max_acceleration", *_RIM_ACCELERATION),
-)
-_JERK_LIMITS = (
-    ("max_linear_jerk", "max_jerk", "linear.x.max_jerk"),
-    ("max_angular_jerk", "angular.z.max_jerk"),
-)
-"""The controllers' limits of speed, acceleration and jerk, for driving and for turning."""
 _SIDES = ("D107", "D108", "D109")
 _SIZES = ("D106", "D105")
 _UNLOADS = ("D112", "D128", "D116", "D115")
@@ -76,54 +52,32 @@ _WEAK = ("D119", "D117")
 _TIPS = ("D115", "D116", "D112", "G106")
 _BELOW = ("D112", "G106", "D128")
 """Faults because of which a part is below the floor."""
-_LOWER_SPEED = "command a lower speed, in m/s and rad/s"
-_REAL_TORQUE = "write the motor's torque, or the robot's real mass"
-
-_NO_DRIVE = DifferentialDrive((), (), {}, {}, 1.0, 1.0, "", Transform.identity(), ())
-_NO_SETTINGS = DriveSettings(1.0, 1.0)
-"""The drive of a robot that cannot drive: it has neither wheels nor limits."""
-
-
-@dataclass(frozen=True, slots=True)
-class Cause:
-    """Why something happened, and where that is written.
-
-    is_fault  whether the description is the reason. Otherwise the finding is an info
-    is_limit  whether it is a limit of the drive, which explains a missed command, but no error of odometry
-    """
-
-    text: str
-    origin: Origin | None = None
-    hint: str = ""
-    is_fault: bool = True
-    related: tuple[Related, ...] = ()
-    is_limit: bool = False
 
 
 class MotionCauses:
     """The causes of observations about a robot.
 
-    A cause is named only if it explains at least `_MOST` of an observation. Otherwise the cause is unknown.
+    A cause is named only if it explains at least `MOST` of an observation. Otherwise the cause is unknown.
     Forces and joint positions are those at the time of the call.
     """
 
     def __init__(self, engine: Engine, robot: SimulatedRobot) -> None:
         self._engine, self._robot, self._model = engine, robot, robot.robot
-        self._drive = robot.drive if isinstance(robot.drive, DifferentialDrive) else _NO_DRIVE
+        self._limits = LimitCauses(engine, robot)
+        self._drive, self._settings = self._limits.drive, self._limits.settings
         self._steering = self._drive.steering if isinstance(self._drive, SteeredDrive) else ()
-        self._settings = robot.settings or _NO_SETTINGS
         self._half = self._drive.separation / 2.0
 
     # observations
 
     def of_odometry_error(self, seen: OdometryError) -> Cause:
         """Sizes, sides and axes explain what is left without the slip. Slip has another cause."""
-        if seen.slip <= (1.0 - _MOST) * seen.total:
+        if seen.slip <= (1.0 - MOST) * seen.total:
             return (
                 self._drive_fault(self._size_codes(seen))
                 or self._fault(("D111",))
                 or self._assumes_slip(seen)
-                or _unknown()
+                or unknown()
             )
         share, in_turn = seen.share * seen.slip / seen.total, seen.odometry_rotation > _IN_TURN
         if in_turn and _is_of_heading(seen, 0.0):
@@ -140,38 +94,34 @@ class MotionCauses:
         if outside := self._from_outside(seen.explanation):
             return outside
         if seen.is_limited:
-            return self._limits(seen)
+            return self._limits.of_standstill(seen)
         if seen.wheels_turn or not self._drive.joints:
             return self._why_slips(missing, in_turn=False)
         return (
-            self._resistance(weakness)
+            self._limits.of_resistance(weakness)
             or self._weak_motor_for(missing)
-            or _unknown("its wheels do not turn", "check what blocks the wheels")
+            or unknown("its wheels do not turn", "check what blocks the wheels")
         )
 
     def of_excess(self, seen: Excess) -> Cause:
-        text, origin = self._speed_limit_of(seen.allowed, is_turn=seen.is_turn)
-        small = _in_small_unit(seen)
-        return Cause(text, origin, f"cmd_vel takes m/s and rad/s: {small}" if small else _LOWER_SPEED)
+        return self._limits.of_excess(seen)
 
     def of_weakness(self, seen: Weakness) -> Cause:
-        if found := self._from_outside(seen.explanation) or self._resistance(seen):
+        if found := self._from_outside(seen.explanation) or self._limits.of_resistance(seen):
             return found
-        able = self._motor_acceleration()
-        if self._uphill >= _MOST * able:
+        able = self._limits.motor_acceleration()
+        if self._uphill >= MOST * able:
             return self._on_slope()
-        weak = self._fault(_WEAK) if able < self._acceleration else None
-        limit, origin, most = self._torque_limit(seen.joint)
-        text = f"the motor of '{seen.joint}' is at {limit} of {most:.3g} N m"
-        return weak or Cause(text, origin, _REAL_TORQUE)
+        weak = self._fault(_WEAK) if able < self._limits.acceleration else None
+        return weak or self._limits.of_motor(seen.joint)
 
     def of_miss(self, seen: Miss) -> Cause:
         """The wheels do not turn as commanded, or their sizes are wrong, or they slip: these three parts add
         up to what is missing."""
-        limits = self._limit_of(seen) or self._steering_limit(seen)
+        limits = self._limits.of_miss(seen)
         if limits is not None and seen.share < 1.0:
             return limits
-        least, found = _MOST * abs(1.0 - seen.share), None
+        least, found = MOST * abs(1.0 - seen.share), None
         if abs(seen.odometry - seen.rolled) >= least:
             found = self._drive_fault((*_SIDES, *_SIZES)) or self._fault(("D111",))
         if found is None and self._rolls_aside(seen):
@@ -190,7 +140,7 @@ class MotionCauses:
         if outside := self._from_outside(explanation):
             return outside
         (x, y, yaw), (tips, off) = twist, tipping(self._robot)
-        start, turn = self._acceleration + self._uphill, abs(x * yaw) + yaw * yaw * off
+        start, turn = self._limits.acceleration + self._uphill, abs(x * yaw) + yaw * yaw * off
         if tips <= _SUDDEN * start:
             text = f"it tips over at {max(tips, 0.0):.2g} m/s^2, and starts with up to {start:.2g} m/s^2"
             hint = "lower the heavy parts, or start slowly"
@@ -224,7 +174,7 @@ class MotionCauses:
         if found is None and not self._model.links[link].collisions:
             hint = "add a <collision>, or move the link up"
             return Cause("it has no <collision>", self._model.links[link].origin, hint)
-        return found or self._soft_contact(link, depth) or _unknown()
+        return found or self._soft_contact(link, depth) or unknown()
 
     def of_sag(self, name: str, load: float) -> Cause | None:
         """Why a held joint sags under a load in N m or N, or None if its effort limit is not the reason."""
@@ -285,15 +235,15 @@ class MotionCauses:
         The forces give the acceleration that the tyres can cause, which is compared with the one that the
         drive's controller asks for, and how much the tyres creep.
         """
-        least = _MOST * share
+        least = MOST * share
         what = "the wheels slip" if self._drive.joints else "something holds it"
-        unknown = _unknown(what, "check the load on the wheels and their friction")
+        no_cause = unknown(what, "check the load on the wheels and their friction")
         if self._engine.has_failed:
-            return unknown
+            return no_cause
         now = grip(*self._engine.current(), self._robot, in_turn=in_turn)
-        needed, uphill = self._acceleration, self._uphill
+        needed, uphill = self._limits.acceleration, self._uphill
         missing = now.missing(needed)
-        is_held = missing >= least and now.drag >= _MOST * now.push
+        is_held = missing >= least and now.drag >= MOST * now.push
         if now.parts and (is_held or now.creep(now.drag) >= least):
             return self._dragging_part(now.parts[0])
         weak = min(now.pushes, key=now.pushes.__getitem__, default="")
@@ -309,15 +259,15 @@ class MotionCauses:
             push = percent(now.pushes[weak])
             text = f"the wheel '{weak}' can push with {push} of the mean of the driving wheels"
             return Cause(text, is_fault=False)
-        return found or unknown
+        return found or no_cause
 
     def _slipping_tracks(self, seen: OdometryError) -> Cause | None:
         """The slip of tracks in a turn, which odometry of gz's TrackedVehicle does not take into account."""
-        drive, controller = self._drive, self._controller
+        drive, controller = self._drive, self._limits.controller
         if not isinstance(drive, HolonomicDrive) or drive.efficiency == 1.0 or controller is None:
             return None
         turned = (1.0 - drive.efficiency) * seen.odometry_rotation
-        if not _is_of_heading(seen, self._half) or abs(turned) < _MOST * abs(seen.heading_error):
+        if not _is_of_heading(seen, self._half) or abs(turned) < MOST * abs(seen.heading_error):
             return None
         given = controller.first("steering_efficiency")
         text = (
@@ -344,7 +294,7 @@ class MotionCauses:
         forward, error = drive.axle_in_base.rotation[:, 0], abs(turned - seen.rotation)
         ahead = [float(wheel.center @ forward) for wheel in drive.wheels.values()]
         most = max(ahead) - min(ahead) + seen.distance * error + self._half * error
-        if most < _MOST * seen.slip:
+        if most < MOST * seen.slip:
             return None
         is_of_heading = _is_of_heading(seen, self._half)
         return self._skid(seen.odometry_rotation / seen.rotation if is_of_heading else 1.0)
@@ -369,7 +319,7 @@ class MotionCauses:
         hint = (
             f"give the drive a wheel separation that is {factor:.2g} times as large" if factor < inf else ""
         )
-        size = None if self._controller is None else self._controller.separation
+        size = None if self._limits.controller is None else self._limits.controller.separation
         return Cause(text, None if size is None else size.given.origin, hint, is_fault=False)
 
     def _dragging_part(self, link: str) -> Cause:
@@ -420,90 +370,6 @@ class MotionCauses:
         text = f"the coefficient of friction of '{link}' is only {frictions[link]:g}"
         return Cause(text, self._model.links[link].origin, "raise its <mu1>")
 
-    # limits of the controller
-
-    def _limits(self, seen: Standstill) -> Cause:
-        """The limit of speed, or of acceleration, that holds the wheels back."""
-        wanted, wheels = self._robot.commanded_twist, self._robot.wheels
-        x, y, yaw = wanted.x, wanted.y, wanted.yaw
-        is_turn = self._half * abs(yaw) > hypot(x, y)
-        unit, speed = ("rad/s", abs(yaw)) if is_turn else ("m/s", hypot(x, y))
-        axis = 2 if is_turn else int(abs(y) > abs(x))
-        fastest = wheels.fastest[axis] if wheels is not None else inf
-        if fastest < speed:
-            limit, origin = self._speed_limit_of(fastest, is_turn=is_turn)
-            text = f"the limits of the drive allow only {percent(seen.allowed)} of the commanded speed"
-            return Cause(f"{text}: {limit}", origin, "raise the velocity limit, or command a lower speed")
-        limits = self._settings.limits
-        most = limits.angular_acceleration if is_turn else limits.linear_acceleration
-        given = self._given(*_ACCELERATION_LIMITS[is_turn])
-        whose = "KBot's default limit" if given is None else "its limit"
-        text = f"the start to {speed:g} {unit} takes {speed / most:.4g} s with {whose} of {most:.3g} {unit}^2"
-        return Cause(text, _origin(given), _LOWER_SPEED)
-
-    def _limit_of(self, seen: Miss) -> Cause | None:
-        """The limit of speed, acceleration or jerk that explains most of a miss."""
-        wheels, controller = self._robot.wheels, self._controller
-        axis = 2 if seen.is_turn else 0
-        asked = seen.wanted[axis] * seen.seconds
-        if wheels is None or not asked:
-            return None
-        own, without_jerk = (
-            1.0 - wheels.reach(seen.wanted, seen.seconds, has_jerk=has_jerk)[axis] / asked
-            for has_jerk in (True, False)
-        )
-        if own < _MOST * (1.0 - seen.share):
-            return None
-        if wheels.fastest[axis] < abs(seen.wanted[axis]) * (1.0 - _SAME):
-            text, origin = self._speed_limit_of(wheels.fastest[axis], is_turn=seen.is_turn)
-            return Cause(text, origin, "command a lower speed, or raise the limit", is_limit=True)
-        is_jerk = without_jerk < _MOST * own
-        given = self._given(*(_JERK_LIMITS if is_jerk else _ACCELERATION_LIMITS)[seen.is_turn])
-        if controller is None or given is None:
-            return None
-        kind = "jerk" if is_jerk else "acceleration"
-        text = f"{controller.name} limits its {kind} with {given.name} = {given.text}"
-        hint = "command it for longer, or raise the limit"
-        return Cause(text, given.origin, hint, is_fault=False, is_limit=True)
-
-    def _speed_limit_of(self, speed: float, *, is_turn: bool) -> tuple[str, Origin | None]:
-        """What limits the speed to m/s or rad/s, and where it is written: the controller, or the joint of a
-        wheel."""
-        joints, controller = self._model.joints, self._controller
-        given = self._given(*_SPEED_LIMITS[is_turn])
-        if controller is not None and given is not None and given.number == speed:
-            return f"{controller.name} limits it with {given.name}", given.origin
-        name = min(self._drive.joints, key=lambda joint: joints[joint].speed_limit, default="")
-        limit = joints[name].limit if name else None
-        if limit is None:
-            return "the limits of the drive", None
-        return f"'{name}' has a velocity limit of {joints[name].speed_limit:g} rad/s", limit.origin
-
-    def _steering_limit(self, seen: Miss) -> Cause | None:
-        """The limit of the steering angles that allows only wider curves than the commanded one."""
-        drive = self._drive
-        if not isinstance(drive, SteeredDrive) or not seen.is_turn:
-            return None
-        right, left = drive.curvatures
-        x, _, yaw = seen.wanted
-        sharpest = min(left, -right) if not x else left if yaw * x > 0.0 else -right
-        sharpest = min(sharpest, self._settings.curvature)
-        if sharpest == inf or abs(yaw) <= sharpest * abs(x) * (1.0 + _SAME):
-            return None
-        origin = _origin(self._given("steering_limit"))
-        if origin is None or sharpest != self._settings.curvature:
-            module = min(drive.modules, key=lambda module: min(module.curvatures[1], -module.curvatures[0]))
-            joint = self._model.joints[module.steering or module.rolls]
-            origin = joint.origin if joint.limit is None else joint.limit.origin
-        text = f"its steering limits allow no curve of less than {1.0 / sharpest:.3g} m radius"
-        return Cause(text, origin, "command a wider curve, or raise the limit", is_limit=True)
-
-    @property
-    def _acceleration(self) -> float:
-        """The acceleration in m/s^2 that the drive's controller asks for at most."""
-        limit = self._settings.limits.linear_acceleration
-        return limit if limit < inf else LINEAR_ACCELERATION
-
     # motors
 
     def _why_slow(self, seen: Miss) -> Cause:
@@ -513,81 +379,16 @@ class MotionCauses:
             origin = self._model.joints[self._steering[0]].origin
             return Cause("its wheels first steer into this direction", origin, is_fault=False)
         than = "more slowly" if missing > 0.0 else "faster"
-        return self._slow_motor(seen) or _unknown(f"its wheels turn {than} than commanded")
-
-    def _slow_motor(self, seen: Miss) -> Cause | None:
-        """A torque limit with which the start takes so long that it explains the missing way: half of the
-        speed for the longer time."""
-        able = self._motor_acceleration()
-        if able == inf or seen.is_turn:
-            return None
-        speed = hypot(*seen.wanted[:2])
-        start = min(speed / able, seen.seconds)
-        missing = (start - speed / self._acceleration) / (2.0 * seen.seconds)
-        return self._motor(able, is_fault=False) if missing >= _MOST * (1.0 - seen.share) else None
+        return self._limits.of_slow_start(seen) or unknown(f"its wheels turn {than} than commanded")
 
     def _weak_motor_for(self, missing: float) -> Cause | None:
         """The torque limits, if they allow only a part of the controller's acceleration."""
-        able = self._motor_acceleration() - self._uphill
-        if 1.0 - able / self._acceleration < _MOST * missing:
+        able = self._limits.motor_acceleration() - self._uphill
+        if 1.0 - able / self._limits.acceleration < MOST * missing:
             return None
-        return self._fault(_WEAK) or self._motor(max(able, 0.0))
-
-    def _motor(self, able: float, *, is_fault: bool = True) -> Cause:
-        """The lowest torque limit of the driving joints. All of them allow `able` m/s^2."""
-        joints = self._model.joints
-        weakest = min(self._drive.joints, key=lambda joint: joints[joint].effort_limit, default="")
-        limit, origin, most = self._torque_limit(weakest)
-        text = f"{limit} of '{weakest}' is {most:.3g} N m, which allows {able:.2g} m/s^2"
-        return Cause(text, origin, _REAL_TORQUE, is_fault)
-
-    def _resistance(self, seen: Weakness | None) -> Cause | None:
-        """The damping and friction of a driving joint, if its torque limit is too small for these alone."""
-        if seen is None:
-            return None
-        damping, friction = resistance(self._model.joints[seen.joint])
-        needed = damping * seen.commanded + friction
-        if needed <= seen.most:
-            return None
-        limit, origin, _ = self._torque_limit(seen.joint)
-        text = (
-            f"{limit} of '{seen.joint}' is {seen.most:.3g} N m, but at {seen.commanded:.3g} rad/s its damping"
-            f" and friction need {needed:.3g} N m, {needed / seen.most:.3g} times as much"
-        )
-        return Cause(text, origin, f"write at least {needed:.3g} N m, or the joint's real <dynamics>")
-
-    def _motor_acceleration(self) -> float:
-        """The acceleration in m/s^2 that the torque limits of the driving joints allow on level ground,
-        infinite without one. A limit also turns the wheels and rotors."""
-        drive, model = self._drive, self._engine.model
-        if not drive.joints:
-            return inf
-        torque, turning = 0.0, 0.0
-        for name in drive.joints:
-            dof = self._robot.body.dof(name)
-            torque += self._torque_limit(name)[2]
-            body, axis = model.dof_bodyid[dof], drive.wheels[name].axis
-            turning += float(model.dof_armature[dof]) + float(model.body_inertia[body] @ (axis * axis))
-        return torque / drive.radius / (self._mass + turning / drive.radius**2)
-
-    def _torque_limit(self, joint: str) -> tuple[str, Origin | None, float]:
-        """What limits the torque of a motor, where it is written, and to how many N m."""
-        own, limit = self._settings.torque or inf, self._model.joints[joint].limit
-        effort = self._model.joints[joint].effort_limit
-        if effort <= own:
-            return "the effort limit", None if limit is None else limit.origin, effort
-        return "the drive's torque limit", _origin(self._given(*TORQUE)), own
+        return self._fault(_WEAK) or self._limits.of_motors(max(able, 0.0))
 
     # masses and contacts
-
-    @property
-    def _root(self) -> int:
-        """The engine's index of the root link."""
-        return self._robot.body.index(self._model.root)
-
-    @property
-    def _mass(self) -> float:
-        return float(self._engine.model.body_subtreemass[self._root])
 
     @property
     def _heaviest(self) -> Origin | None:
@@ -603,20 +404,21 @@ class MotionCauses:
         if self._engine.has_failed:
             return None
         drive, (model, data) = self._drive, self._engine.current()
+        center = data.subtree_com[self._robot.body.index(self._model.root)]
         base = self._robot.body.link_pose(self._robot.base).translation
-        height = max(abs(float(data.subtree_com[self._root, 2] - base[2])), drive.radius)
+        height = max(abs(float(center[2] - base[2])), drive.radius)
         for wheel in drive.wheels.values():
             inertia = float(model.body_inertia[self._robot.body.index(wheel.link)].max())
-            torque = len(drive.wheels) * inertia * self._acceleration / drive.radius
+            torque = len(drive.wheels) * inertia * self._limits.acceleration / drive.radius
             found = self._fault(("I108",), wheel.link)
-            if found is not None and _SUDDEN * torque >= tips * self._mass * height:
+            if found is not None and _SUDDEN * torque >= tips * mass_of(model, self._robot) * height:
                 return found
         return None
 
     def _soft_contact(self, link: str, depth: float) -> Cause | None:
         """A contact with a spring: at an impedance of `SPRING` the weight sinks in by (1 - SPRING) g / k."""
-        stiffness = -self._engine.model.geom_solref[self._geometries(link), 0]  # below 0 for a spring, 1/s^2
-        if not (stiffness > 0.0).any() or (1.0 - SPRING) * GRAVITY / stiffness.max() < _MOST * depth:
+        stiffness = -self._engine.model.geom_solref[self._geometries(link), 0]  # in 1/s^2, of springs above 0
+        if not (stiffness > 0.0).any() or (1.0 - SPRING) * GRAVITY / stiffness.max() < MOST * depth:
             return None
         text = "its contact is too soft for the weight"
         return Cause(text, self._model.links[link].origin, "raise <kp> of its surface")
@@ -640,7 +442,7 @@ class MotionCauses:
     def _rolls_aside(self, seen: Miss) -> bool:
         """Whether the direction of the wheels explains the way: the cosine of its angle is the share."""
         cosine = float(self._drive.axle_in_base.rotation[0, 0])
-        return not seen.is_turn and abs(seen.share - cosine) <= _MOST * abs(1.0 - seen.share)
+        return not seen.is_turn and abs(seen.share - cosine) <= MOST * abs(1.0 - seen.share)
 
     def _drive_fault(self, codes: Sequence[str]) -> Cause | None:
         """The first of these faults of the plugin or controller that drives. The others are related."""
@@ -662,20 +464,6 @@ class MotionCauses:
         # D128 of a visual is an info: a visual does not touch the ground
         return _first(codes, [f for f in found if f.code != "D128" or f.severity is Severity.WARNING])
 
-    @cached_property
-    def _controller(self) -> DeclaredDrive | None:
-        """The plugin or controller that drives the robot."""
-        return drive_controller(declared_drives(self._model))
-
-    def _given(self, *names: str) -> Parameter | None:
-        """The first given one of these tags or parameters of the plugin or controller that drives."""
-        return None if self._controller is None else self._controller.first(*names)
-
-
-def _unknown(what: str = "", hint: str = "") -> Cause:
-    """No cause explains enough of the observation. `what` is what is known."""
-    return Cause(f"{what}, and the cause is not known" if what else "the cause is not known", None, hint)
-
 
 def _first(codes: Sequence[str], faults: Sequence[Diagnostic]) -> Cause | None:
     """The fault whose code comes first, as a cause."""
@@ -687,10 +475,6 @@ def _first(codes: Sequence[str], faults: Sequence[Diagnostic]) -> Cause | None:
     return Cause(f"{found.message} ({found.code})", found.origin, found.hint, is_fault, found.related)
 
 
-def _origin(given: Parameter | None) -> Origin | None:
-    return None if given is None else given.origin
-
-
 def _is_of_heading(seen: OdometryError, half: float) -> bool:
     """Whether most of the error is that of the heading, or follows from it.
 
@@ -698,20 +482,4 @@ def _is_of_heading(seen: OdometryError, half: float) -> bool:
     `half` is half of the distance between left and right wheels in m.
     """
     off = abs(seen.heading_error)
-    return half * off >= _MOST * seen.total or off * seen.distance / 2.0 >= _MOST * seen.position_error
-
-
-def _in_small_unit(seen: Excess) -> str:
-    """What the command is if it means mm/s or degrees/s, or nothing if that does not fit the drive."""
-    given = abs(seen.commanded)
-    meant, small, unit = (
-        (radians(given), "degrees/s", "rad/s") if seen.is_turn else (given / 1000.0, "mm/s", "m/s")
-    )
-    if not _SLOWEST * seen.allowed <= meant <= seen.allowed:
-        return ""
-    return f"{given:g} {small} are {meant:.3g} {unit}"
-
-
-def percent(share: float) -> str:
-    """A share as text, in whole per cent."""
-    return f"{round(share * 100.0, 0) + 0.0:.0f} %"  # 0 and not -0
+    return half * off >= MOST * seen.total or off * seen.distance / 2.0 >= MOST * seen.position_error

@@ -10,10 +10,11 @@ import mujoco
 from kbot.kinematics.transform import Transform
 from kbot.model import Mesh
 from kbot.model.shapes import span_along
+from kbot.sim.cause import Cause, percent
 from kbot.sim.command_watch import Miss
 from kbot.sim.drive.twist_controller import STILL
 from kbot.sim.engine.engine import Engine
-from kbot.sim.motion_causes import Cause, MotionCauses, percent
+from kbot.sim.motion_causes import MotionCauses
 from kbot.sim.motion_watch import MotionWatch
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.statics import angle_between, ground_below, ground_contacts, joint_loads

@@ -118,6 +118,11 @@ def joint_loads(
     return {name: abs(float(still.qfrc_bias[joint.dofadr[0]])) for name, joint in joints.items()}
 
 
+def mass_of(model: mujoco.MjModel, robot: SimulatedRobot) -> float:
+    """The mass of a robot in kg."""
+    return float(model.body_subtreemass[robot.body.index(robot.robot.root)])
+
+
 def _link_of(model: mujoco.MjModel, geom: int) -> str:
     """The link of a robot's geometry."""
     return str(model.body(int(model.geom_bodyid[geom])).name).partition("/")[2]
@@ -128,7 +133,7 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
     hop."""
     drive = robot.drive
     tyres: Collection[str] = drive.tyres if isinstance(drive, DifferentialDrive) else ()
-    mass = float(model.body_subtreemass[robot.body.index(robot.robot.root)])
+    mass = mass_of(model, robot)
     mine = set(own_geometries(model, robot.name).tolist())
     middle, half = robot.body.link_pose(robot.base).translation, inf
     # the wheels of a holonomic base slide freely, and its servo pushes it with their friction
