@@ -12,6 +12,7 @@ from kbot.kinematics.transform import Transform
 from kbot.sim.cause import MOST, Cause, percent
 from kbot.sim.command_watch import Miss
 from kbot.sim.drive.settings import TORQUE, DriveSettings
+from kbot.sim.drive.twist_controller import Twist
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.joints import resistance
 from kbot.sim.motion_watch import Excess, Standstill, Weakness
@@ -25,20 +26,6 @@ _SAME = 0.01
 _SLOWEST = 0.05
 """Share of its highest speed at which a robot ordinarily drives at least."""
 
-_SPEED_LIMITS = (
-    ("max_linear_velocity", "max_velocity", "linear.x.max_velocity"),
-    ("max_angular_velocity", "angular.z.max_velocity"),
-)
-_RIM_ACCELERATION = ("wheelAcceleration", "max_wheel_acceleration")
-_ACCELERATION_LIMITS = (
-    ("max_linear_acceleration", "max_acceleration", "linear.x.max_acceleration", *_RIM_ACCELERATION),
-    ("max_angular_acceleration", "angular.z.max_acceleration", *_RIM_ACCELERATION),
-)
-_JERK_LIMITS = (
-    ("max_linear_jerk", "max_jerk", "linear.x.max_jerk"),
-    ("max_angular_jerk", "angular.z.max_jerk"),
-)
-"""The controllers' limits of speed, acceleration and jerk, for driving and for turning."""
 _LOWER_SPEED = "command a lower speed, in m/s and rad/s"
 _REAL_TORQUE = "write the motor's torque, or the robot's real mass"
 
@@ -77,7 +64,7 @@ class LimitCauses:
 
     def of_excess(self, seen: Excess) -> Cause:
         """The limit of speed that a command exceeds by far."""
-        text, origin = self._speed_limit_of(seen.allowed, is_turn=seen.is_turn)
+        text, origin = self._speed_limit_of(seen.allowed, seen.axis)
         small = _in_small_unit(seen)
         return Cause(text, origin, f"cmd_vel takes m/s and rad/s: {small}" if small else _LOWER_SPEED)
 
@@ -87,15 +74,15 @@ class LimitCauses:
         x, y, yaw = wanted.x, wanted.y, wanted.yaw
         is_turn = self.drive.separation / 2.0 * abs(yaw) > hypot(x, y)
         unit, speed = ("rad/s", abs(yaw)) if is_turn else ("m/s", hypot(x, y))
-        axis = 2 if is_turn else int(abs(y) > abs(x))
+        axis = _main_axis((x, y, yaw), is_turn=is_turn)
         fastest = wheels.fastest[axis] if wheels is not None else inf
         if fastest < speed:
-            limit, origin = self._speed_limit_of(fastest, is_turn=is_turn)
+            limit, origin = self._speed_limit_of(fastest, axis)
             text = f"the limits of the drive allow only {percent(seen.allowed)} of the commanded speed"
             return Cause(f"{text}: {limit}", origin, "raise the velocity limit, or command a lower speed")
         limits = self.settings.limits
-        most = limits.angular_acceleration if is_turn else limits.linear_acceleration
-        given = self._given(*_ACCELERATION_LIMITS[is_turn])
+        most = (limits.linear_acceleration, limits.lateral_acceleration, limits.angular_acceleration)[axis]
+        given = self._given(*_limit_names("acceleration", axis))
         whose = "KBot's default limit" if given is None else "its limit"
         text = f"the start to {speed:g} {unit} takes {speed / most:.4g} s with {whose} of {most:.3g} {unit}^2"
         return Cause(text, _origin(given), _LOWER_SPEED)
@@ -107,7 +94,7 @@ class LimitCauses:
     def _limit_of(self, seen: Miss) -> Cause | None:
         """The limit of speed, acceleration or jerk that explains most of a miss."""
         wheels, controller = self._robot.wheels, self.controller
-        axis = 2 if seen.is_turn else 0
+        axis = _main_axis(seen.wanted, is_turn=seen.is_turn)
         asked = seen.wanted[axis] * seen.seconds
         if wheels is None or not asked:
             return None
@@ -118,22 +105,21 @@ class LimitCauses:
         if own < MOST * (1.0 - seen.share):
             return None
         if wheels.fastest[axis] < abs(seen.wanted[axis]) * (1.0 - _SAME):
-            text, origin = self._speed_limit_of(wheels.fastest[axis], is_turn=seen.is_turn)
+            text, origin = self._speed_limit_of(wheels.fastest[axis], axis)
             return Cause(text, origin, "command a lower speed, or raise the limit", is_limit=True)
-        is_jerk = without_jerk < MOST * own
-        given = self._given(*(_JERK_LIMITS if is_jerk else _ACCELERATION_LIMITS)[seen.is_turn])
+        kind = "jerk" if without_jerk < MOST * own else "acceleration"
+        given = self._given(*_limit_names(kind, axis))
         if controller is None or given is None:
             return None
-        kind = "jerk" if is_jerk else "acceleration"
         text = f"{controller.name} limits its {kind} with {given.name} = {given.text}"
         hint = "command it for longer, or raise the limit"
         return Cause(text, given.origin, hint, is_fault=False, is_limit=True)
 
-    def _speed_limit_of(self, speed: float, *, is_turn: bool) -> tuple[str, Origin | None]:
-        """What limits the speed to m/s or rad/s, and where it is written: the controller, or the joint of a
-        wheel."""
+    def _speed_limit_of(self, speed: float, axis: int) -> tuple[str, Origin | None]:
+        """What limits the speed on an axis to m/s or rad/s, and where it is written: the controller, or the
+        joint of a wheel."""
         joints, controller = self._model.joints, self.controller
-        given = self._given(*_SPEED_LIMITS[is_turn])
+        given = self._given(*_limit_names("velocity", axis))
         if controller is not None and given is not None and given.number == speed:
             return f"{controller.name} limits it with {given.name}", given.origin
         name = min(self.drive.joints, key=lambda joint: joints[joint].speed_limit, default="")
@@ -223,6 +209,22 @@ class LimitCauses:
         if effort <= own:
             return "the effort limit", None if limit is None else limit.origin, effort
         return "the drive's torque limit", _origin(self._given(*TORQUE)), own
+
+
+def _main_axis(twist: Twist, *, is_turn: bool) -> int:
+    """The axis of a motion in a twist: 0 forwards, 1 sideways, 2 for the turn."""
+    x, y, _ = twist
+    return 2 if is_turn else int(abs(y) > abs(x))
+
+
+def _limit_names(kind: str, axis: int) -> tuple[str, ...]:
+    """The tags and parameters that limit the velocity, acceleration or jerk on an axis.
+
+    They are read in this order by `drive_settings`. gz applies `max_velocity` to driving and turning alike.
+    """
+    what, where = (("linear", "linear.x"), ("linear", "linear.y"), ("angular", "angular.z"))[axis]
+    rim = ("wheelAcceleration", "max_wheel_acceleration") if kind == "acceleration" else ()
+    return (f"max_{what}_{kind}", f"max_{kind}", f"{where}.max_{kind}", *rim)
 
 
 def _origin(given: Parameter | None) -> Origin | None:

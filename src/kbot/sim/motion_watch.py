@@ -139,13 +139,17 @@ class Standstill:
 class Excess:
     """The robot was commanded to be far faster than its drive allows, from `since` (s) on.
 
-    `is_turn` means that the `commanded` and the `allowed` speed are turning speeds.
+    The `commanded` and the `allowed` speed are those on an `axis`: 0 forwards, 1 sideways, 2 for the turn.
     """
 
     since: float
     commanded: float
     allowed: float
-    is_turn: bool
+    axis: int
+
+    @property
+    def is_turn(self) -> bool:
+        return self.axis == 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,7 +281,7 @@ class MotionWatch:
         if self._far_since is None:
             self._far_since = time
         if time - self._far_changed >= FAR_TIME or time - self._far_since >= FAR_CHANGING_TIME:
-            self.excess = Excess(self._far_since, wanted[axis], self._fastest[axis], axis == 2)
+            self.excess = Excess(self._far_since, wanted[axis], self._fastest[axis], axis)
 
     def _look_at_contacts(self) -> None:
         model, data = self._engine.model, self._engine.data
