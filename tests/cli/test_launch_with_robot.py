@@ -115,7 +115,7 @@ def test_arm_that_is_fixed_to_the_world_is_at_the_height_of_its_spawner(package:
 
 
 def test_findings_of_the_launch_file_and_failed_nodes_are_for_the_page(package: Path) -> None:
-    node = program(package, "bad.py", "import rospy\nraise SystemExit(3)\n").format('output="screen"')
+    node = program(package, "bad.py", "import kbot\nraise SystemExit(3)\n").format('output="screen"')
     plan = planned(package, GAZEBO.format("") + SPAWN.format("") + "\n" + node)
     warning = Diagnostic("L063", Severity.WARNING, "done in part", plan.nodes[0].origin)
     run = RobotRun(plan, stage(plan, Packages(around=plan.path)), LaunchTerminal(), (), [warning])
