@@ -1,6 +1,7 @@
 """Writes the tables of docs/reference/plugin-settings.md from kinematics/drive/programs.tsv.
 
-Run `python docs/plugin_tables.py` after you change the table or `programs.py`. A test compares.
+Run `python docs/plugin_tables.py` after you change the table or `programs.py`. A test fails if the
+page is outdated.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def _rows(settings: Iterable[Setting]) -> str:
 
 
 def with_tables(page: str) -> str:
-    """The page with the tables as they are now."""
+    """The page with its tables replaced by the current ones."""
     start, end = page.index(BEGIN) + len(BEGIN), page.index(END)
     return f"{page[:start]}\n{tables()}\n{page[end:]}"
 

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Install ROS 1 for the peer tests, from Debian's packages (about 200 on a fresh machine), and iproute2 for those with
-# ROS 2, which run in network namespaces.
+# Install ROS 1 for the peer tests, from Debian's packages (about 200 on a fresh machine), and iproute2, with which the
+# tests against ROS 2 make network namespaces.
 set -eu
 command -v roslaunch >/dev/null && command -v rosbag >/dev/null && [ -d /usr/lib/python3/dist-packages/nav_msgs ] && [ -d /usr/lib/python3/dist-packages/move_base_msgs ] && command -v catkin_make >/dev/null && command -v rviz >/dev/null && command -v Xvfb >/dev/null && command -v rosservice >/dev/null && command -v fastddsgen >/dev/null && [ -x /usr/lib/tf/tf_echo ] && command -v ip >/dev/null && exit 0
 sh scripts/system_packages.sh \

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from kbot.ros.bridges.ros2.bridge import Ros2Bridge
-from kbot.ros.bridges.ros2.domain import reach
+from kbot.ros.bridges.ros2.domain import discovery_range
 
 from .conftest import Running
 
@@ -33,7 +33,7 @@ def start(bridge: Ros2Bridge, verb: str, *words: str) -> "subprocess.Popen[str]"
     options = ("--id", str(bridge.domain), "--suppress-progress-bar", "--color", "none")
     environment = {
         **os.environ,
-        "CYCLONEDDS_URI": reach(None, {}).config,
+        "CYCLONEDDS_URI": discovery_range(None, {}).config,
         "COLUMNS": "200",
         "PYTHONUNBUFFERED": "1",
     }

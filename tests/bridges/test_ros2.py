@@ -15,7 +15,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from kbot.record.encodings.types import ros2_definition
 from kbot.record.run_outputs import RunOutputs
 from kbot.ros.bridges.ros2.bridge import Ros2Bridge
-from kbot.ros.bridges.ros2.domain import reach
+from kbot.ros.bridges.ros2.domain import discovery_range
 from kbot.ros.bridges.ros2.samples import sample_of, sample_type
 from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
@@ -42,7 +42,7 @@ def test_a_peer_receives_odometry_finds_the_node_and_drives(
     running: Running, bridge: Ros2Bridge, kind: str
 ) -> None:
     done = subprocess.run(
-        [sys.executable, str(PEER), str(bridge.domain), reach(None, {}).config, kind],
+        [sys.executable, str(PEER), str(bridge.domain), discovery_range(None, {}).config, kind],
         capture_output=True,
         text=True,
         check=False,

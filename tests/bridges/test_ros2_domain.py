@@ -12,7 +12,7 @@ from cyclonedds.domain import Domain, DomainParticipant
 
 from kbot.ros.bridges import ros2
 from kbot.ros.bridges.ros2 import domain
-from kbot.ros.bridges.ros2.domain import reach
+from kbot.ros.bridges.ros2.domain import discovery_range
 from kbot.text import KbotError
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -48,7 +48,7 @@ def test_only_this_machine_reaches_the_node_unless_the_user_asks_for_more(
     words: str,
 ) -> None:
     monkeypatch.setattr(domain, "_has_network", lambda: True)
-    found = reach(host, environment)
+    found = discovery_range(host, environment)
     assert interfaces(found.config) == expected
     assert found.words.startswith(words)
     assert "AllowMulticast" not in found.config  # Fast DDS finds peers by multicast only
@@ -57,13 +57,13 @@ def test_only_this_machine_reaches_the_node_unless_the_user_asks_for_more(
 
 def test_without_a_network_only_this_machine_reaches_the_node(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(domain, "_has_network", lambda: False)
-    assert interfaces(reach(None, {RANGE: "SUBNET"}).config) == [LOOPBACK]
+    assert interfaces(discovery_range(None, {RANGE: "SUBNET"}).config) == [LOOPBACK]
 
 
 def test_the_own_configuration_of_cyclone_is_used_if_the_user_asks_for_it() -> None:
     general = "<General><Interfaces><NetworkInterface name='lo'/></Interfaces></General>"
     own = f"<CycloneDDS><Domain>{general}</Domain></CycloneDDS>"
-    found = reach(None, {RANGE: "SYSTEM_DEFAULT", "CYCLONEDDS_URI": own})
+    found = discovery_range(None, {RANGE: "SYSTEM_DEFAULT", "CYCLONEDDS_URI": own})
     assert found.config.startswith(own)
     assert found.words == "as CYCLONEDDS_URI configures it"
     assert Domain(231, found.config)  # Cyclone accepts two configurations
@@ -82,7 +82,7 @@ def test_the_own_configuration_of_cyclone_is_used_if_the_user_asks_for_it() -> N
 )
 def test_error_for_a_range_in_which_nobody_finds_the_node(value: str, error: str) -> None:
     with pytest.raises(KbotError, match=re.escape(error)):
-        reach(None, {RANGE: value})
+        discovery_range(None, {RANGE: value})
 
 
 def test_bridges_auto_does_not_open_a_node_that_nobody_can_find(monkeypatch: pytest.MonkeyPatch) -> None:

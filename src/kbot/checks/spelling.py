@@ -1,4 +1,4 @@
-"""Fixes for unknown names: correct a typo, or read an argument or a property as what it is."""
+"""Fixes for unknown names: correct a typo, or distinguish properties from arguments."""
 
 from __future__ import annotations
 

@@ -140,5 +140,5 @@ class _Wheels:
             linear = (left + right) / 2.0 * self._settings.radius
             turning = (right - left) * self._settings.radius / self._settings.separation
             self._simulation.cmd_vel(linear, turning)
-            # fast logs have intervals below a time step: what they lack is behind in the next one
+            # an interval of a fast log may round to no step: the next interval then catches up
             self._simulation.step(round(seconds / steps / self._simulation.timestep))

@@ -43,8 +43,8 @@ class FieldError(KbotError):
 
     def within(self, outer: str) -> FieldError:
         """The same error, as one of the part `outer` of a message."""
-        joint = "" if self.path.startswith("[") or not self.path else "."
-        return FieldError(f"{outer}{joint}{self.path}", self.problem)
+        separator = "" if self.path.startswith("[") or not self.path else "."
+        return FieldError(f"{outer}{separator}{self.path}", self.problem)
 
 
 def checked(message: M) -> M:
@@ -275,9 +275,9 @@ def _one_dimension(value: Any) -> Any:  # noqa: ANN401 - any value
 
 
 def _numbers(kind: str, length: int) -> Check:
-    """A tuple of numbers, as long as wanted if `length` is -1."""
+    """A tuple of `length` numbers, or of any length if it is -1."""
     own, (low, high), item = _type_of(kind), _RANGES[kind], _scalar(kind)
-    last: object = item  # no value
+    last: object = item  # the last value that needed no conversion: none yet, as no value is a check
 
     def check(value: Any) -> Any:  # noqa: ANN401 - any value
         nonlocal last

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from kbot.text import Origin, Related
 
-MOST = 0.5
-"""Least share of what was observed that a cause must explain. No other cause can then explain more of it."""
+LEAST_SHARE = 0.5
+"""The share of an observation that a cause must explain at least. No other cause can then explain more."""
 
 
 @dataclass(frozen=True, slots=True)

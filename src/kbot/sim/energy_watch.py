@@ -20,6 +20,7 @@ from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
+from kbot.sim.statics import mass_of
 
 CHANGE = 2.0
 """Change of velocity in m/s within a control period from which the energy is computed, and least speed that
@@ -90,8 +91,7 @@ class EnergyWatch:
             return False  # W111: it was put into something
         speeds = np.abs(trial.actuator_velocity)
         later = sum(_energy(model, trial, now.qpos, now.qvel))
-        mass = float(model.body_subtreemass[robot.body.index(robot.robot.root)])
-        allowed = _NOISE * kinetic + 0.5 * mass * CHANGE**2
+        allowed = _NOISE * kinetic + 0.5 * mass_of(model, robot) * CHANGE**2
         work = _work(model, np.maximum(speeds, np.abs(trial.actuator_velocity)))
         return bool(later - potential - kinetic > allowed + work)
 

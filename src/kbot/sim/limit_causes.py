@@ -9,7 +9,7 @@ from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import DeclaredDrive, declared_drives, drive_controller
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
 from kbot.kinematics.transform import Transform
-from kbot.sim.cause import MOST, Cause, percent
+from kbot.sim.cause import LEAST_SHARE, Cause, percent
 from kbot.sim.command_watch import Miss
 from kbot.sim.drive.settings import TORQUE, DriveSettings
 from kbot.sim.drive.twist_controller import Twist
@@ -102,12 +102,12 @@ class LimitCauses:
             1.0 - wheels.reach(seen.wanted, seen.seconds, has_jerk=has_jerk)[axis] / asked
             for has_jerk in (True, False)
         )
-        if own < MOST * (1.0 - seen.share):
+        if own < LEAST_SHARE * (1.0 - seen.share):
             return None
         if wheels.fastest[axis] < abs(seen.wanted[axis]) * (1.0 - _SAME):
             text, origin = self._speed_limit_of(wheels.fastest[axis], axis)
             return Cause(text, origin, "command a lower speed, or raise the limit", is_limit=True)
-        kind = "jerk" if without_jerk < MOST * own else "acceleration"
+        kind = "jerk" if without_jerk < LEAST_SHARE * own else "acceleration"
         given = self._given(*_limit_names(kind, axis))
         if controller is None or given is None:
             return None
@@ -172,7 +172,7 @@ class LimitCauses:
         speed = hypot(*seen.wanted[:2])
         start = min(speed / able, seen.seconds)
         missing = (start - speed / self.acceleration) / (2.0 * seen.seconds)
-        return self.of_motors(able, is_fault=False) if missing >= MOST * (1.0 - seen.share) else None
+        return self.of_motors(able, is_fault=False) if missing >= LEAST_SHARE * (1.0 - seen.share) else None
 
     def of_motors(self, able: float, *, is_fault: bool = True) -> Cause:
         """The lowest torque limit of the driving joints. All of them allow `able` m/s^2."""

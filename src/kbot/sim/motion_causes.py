@@ -14,7 +14,7 @@ from kbot.kinematics.drive.findings import findings_of_drive
 from kbot.kinematics.drive.wheels import movable_above
 from kbot.kinematics.spatial import GRAVITY
 from kbot.model import JointType
-from kbot.sim.cause import MOST, Cause, percent, unknown
+from kbot.sim.cause import LEAST_SHARE, Cause, percent, unknown
 from kbot.sim.command_watch import Miss
 from kbot.sim.drive.twist_controller import Twist
 from kbot.sim.engine.base_servo import traction
@@ -57,8 +57,8 @@ _BELOW = ("D112", "G106", "D128")
 class MotionCauses:
     """The causes of observations about a robot.
 
-    A cause is named only if it explains at least `MOST` of an observation. Otherwise the cause is unknown.
-    Forces and joint positions are those at the time of the call.
+    A cause is named only if it explains at least `LEAST_SHARE` of an observation. Otherwise the cause is
+    unknown. Forces and joint positions are those at the time of the call.
     """
 
     def __init__(self, engine: Engine, robot: SimulatedRobot) -> None:
@@ -72,7 +72,7 @@ class MotionCauses:
 
     def of_odometry_error(self, seen: OdometryError) -> Cause:
         """Sizes, sides and axes explain what is left without the slip. Slip has another cause."""
-        if seen.slip <= (1.0 - MOST) * seen.total:
+        if seen.slip <= (1.0 - LEAST_SHARE) * seen.total:
             return (
                 self._drive_fault(self._size_codes(seen))
                 or self._fault(("D111",))
@@ -110,7 +110,7 @@ class MotionCauses:
         if found := self._from_outside(seen.explanation) or self._limits.of_resistance(seen):
             return found
         able = self._limits.motor_acceleration()
-        if self._uphill >= MOST * able:
+        if self._uphill >= LEAST_SHARE * able:
             return self._on_slope()
         weak = self._fault(_WEAK) if able < self._limits.acceleration else None
         return weak or self._limits.of_motor(seen.joint)
@@ -121,7 +121,7 @@ class MotionCauses:
         limits = self._limits.of_miss(seen)
         if limits is not None and seen.share < 1.0:
             return limits
-        least, found = MOST * abs(1.0 - seen.share), None
+        least, found = LEAST_SHARE * abs(1.0 - seen.share), None
         if abs(seen.odometry - seen.rolled) >= least:
             found = self._drive_fault((*_SIDES, *_SIZES)) or self._fault(("D111",))
         if found is None and self._rolls_aside(seen):
@@ -235,7 +235,7 @@ class MotionCauses:
         The forces give the acceleration that the tyres can cause, which is compared with the one that the
         drive's controller asks for, and how much the tyres creep.
         """
-        least = MOST * share
+        least = LEAST_SHARE * share
         what = "the wheels slip" if self._drive.joints else "something holds it"
         no_cause = unknown(what, "check the load on the wheels and their friction")
         if self._engine.has_failed:
@@ -243,7 +243,7 @@ class MotionCauses:
         now = grip(*self._engine.current(), self._robot, in_turn=in_turn)
         needed, uphill = self._limits.acceleration, self._uphill
         missing = now.missing(needed)
-        is_held = missing >= least and now.drag >= MOST * now.push
+        is_held = missing >= least and now.drag >= LEAST_SHARE * now.push
         if now.parts and (is_held or now.creep(now.drag) >= least):
             return self._dragging_part(now.parts[0])
         weak = min(now.pushes, key=now.pushes.__getitem__, default="")
@@ -267,7 +267,7 @@ class MotionCauses:
         if not isinstance(drive, HolonomicDrive) or drive.efficiency == 1.0 or controller is None:
             return None
         turned = (1.0 - drive.efficiency) * seen.odometry_rotation
-        if not _is_of_heading(seen, self._half) or abs(turned) < MOST * abs(seen.heading_error):
+        if not _is_of_heading(seen, self._half) or abs(turned) < LEAST_SHARE * abs(seen.heading_error):
             return None
         given = controller.first("steering_efficiency")
         text = (
@@ -294,7 +294,7 @@ class MotionCauses:
         forward, error = drive.axle_in_base.rotation[:, 0], abs(turned - seen.rotation)
         ahead = [float(wheel.center @ forward) for wheel in drive.wheels.values()]
         most = max(ahead) - min(ahead) + seen.distance * error + self._half * error
-        if most < MOST * seen.slip:
+        if most < LEAST_SHARE * seen.slip:
             return None
         is_of_heading = _is_of_heading(seen, self._half)
         return self._skid(seen.odometry_rotation / seen.rotation if is_of_heading else 1.0)
@@ -384,7 +384,7 @@ class MotionCauses:
     def _weak_motor_for(self, missing: float) -> Cause | None:
         """The torque limits, if they allow only a part of the controller's acceleration."""
         able = self._limits.motor_acceleration() - self._uphill
-        if 1.0 - able / self._limits.acceleration < MOST * missing:
+        if 1.0 - able / self._limits.acceleration < LEAST_SHARE * missing:
             return None
         return self._fault(_WEAK) or self._limits.of_motors(max(able, 0.0))
 
@@ -418,7 +418,7 @@ class MotionCauses:
     def _soft_contact(self, link: str, depth: float) -> Cause | None:
         """A contact with a spring: at an impedance of `SPRING` the weight sinks in by (1 - SPRING) g / k."""
         stiffness = -self._engine.model.geom_solref[self._geometries(link), 0]  # in 1/s^2, of springs above 0
-        if not (stiffness > 0.0).any() or (1.0 - SPRING) * GRAVITY / stiffness.max() < MOST * depth:
+        if not (stiffness > 0.0).any() or (1.0 - SPRING) * GRAVITY / stiffness.max() < LEAST_SHARE * depth:
             return None
         text = "its contact is too soft for the weight"
         return Cause(text, self._model.links[link].origin, "raise <kp> of its surface")
@@ -442,7 +442,7 @@ class MotionCauses:
     def _rolls_aside(self, seen: Miss) -> bool:
         """Whether the direction of the wheels explains the way: the cosine of its angle is the share."""
         cosine = float(self._drive.axle_in_base.rotation[0, 0])
-        return not seen.is_turn and abs(seen.share - cosine) <= MOST * abs(1.0 - seen.share)
+        return not seen.is_turn and abs(seen.share - cosine) <= LEAST_SHARE * abs(1.0 - seen.share)
 
     def _drive_fault(self, codes: Sequence[str]) -> Cause | None:
         """The first of these faults of the plugin or controller that drives. The others are related."""
@@ -482,4 +482,7 @@ def _is_of_heading(seen: OdometryError, half: float) -> bool:
     `half` is half of the distance between left and right wheels in m.
     """
     off = abs(seen.heading_error)
-    return half * off >= MOST * seen.total or off * seen.distance / 2.0 >= MOST * seen.position_error
+    return (
+        half * off >= LEAST_SHARE * seen.total
+        or off * seen.distance / 2.0 >= LEAST_SHARE * seen.position_error
+    )

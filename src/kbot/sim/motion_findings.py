@@ -56,7 +56,7 @@ class MotionFindings:
         self._known: dict[str, Cause] = {}
         self._sunk: Diagnostic | None = None
         self._lost_since = inf
-        """Since when in s the robot falls for ever."""
+        """When the robot began to fall out of the world, in s."""
 
     def find(self) -> tuple[Diagnostic, ...]:
         """What was observed since the last reset, and whether the robot is below the floor now."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.drive.drive import DifferentialDrive, SteeredDrive
+from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.sim.collisions import Collisions
 from kbot.sim.command_watch import CommandWatch, Miss
@@ -21,6 +22,7 @@ from kbot.sim.recipe import CONTROL_PERIOD
 from kbot.sim.robot import SimulatedRobot
 from kbot.sim.robots import Robots
 from kbot.sim.true_rolling import TrueRolling
+from kbot.sim.wheel_odometry import composed
 
 OFF = 0.02
 """Share of the distance driven by which odometry may differ from the true motion.
@@ -75,7 +77,7 @@ class Explanation:
 
     touched      the object or robot that it touched, and since when in s
     disturbance  a push or an injected fault
-    flight       since when in s it touched nothing, until now or shortly before, or None
+    flight       when its flight began in s, if it is in the air or has just landed, else None
     """
 
     touched: str
@@ -325,7 +327,7 @@ class MotionWatch:
             _planar_motion(self._odometry, wheels.axle),
         )
         rolled = self._rolling.motion(odometry)
-        self._rolled = _moved(self._rolled, rolled)
+        self._rolled = composed(self._rolled, PlanarPose(*rolled))
         self._command.add(time, *map(self._in_base, (moved, odometry, rolled)))
         if time < self._begun + SETTLING:
             self._odometry = self._true = self._rolled = wheels.axle
@@ -381,7 +383,7 @@ class MotionWatch:
     def _move(self, moved: Twist) -> tuple[float, float]:
         """Add the axle's motion, in its own frame, to its true pose. Returns the distance and the turn."""
         forward, left, turn = moved
-        self._true = _moved(self._true, moved)
+        self._true = composed(self._true, PlanarPose(*moved))
         way, turned = hypot(forward, left), abs(turn)
         self._way += way
         self._turned += turned
@@ -460,7 +462,7 @@ class MotionWatch:
 
     @property
     def flight(self) -> float | None:
-        """Since when in s the robot touches nothing, or touched nothing before it landed shortly before."""
+        """When the robot's flight began in s, if it is in the air or has just landed, else None."""
         since, until = self._flight
         return since if self._engine.time <= until + LANDING else None
 
@@ -502,13 +504,6 @@ def _motion(before: Place, now: Place, spun: float) -> Twist:
     turn = 2.0 * atan2(up, real)
     turn += 2.0 * pi * round((spun - turn) / (2.0 * pi))  # a fast robot makes several turns
     return forward, left, turn
-
-
-def _moved(pose: Twist, motion: Twist) -> Twist:
-    """A pose x, y, yaw after a motion in its own frame."""
-    (x, y, yaw), (forward, left, turn) = pose, motion
-    c, s = cos(yaw), sin(yaw)
-    return x + c * forward - s * left, y + s * forward + c * left, yaw + turn
 
 
 def _planar_motion(before: Twist, now: Twist) -> Twist:

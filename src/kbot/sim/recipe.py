@@ -43,8 +43,10 @@ CASTER_FRICTION = 0.0
 """A caster rolls or swivels freely in every direction, and so does a sphere that slides without friction."""
 
 CONTROL_PERIOD = 0.02
-CONTROL_RATE = 1.0 / CONTROL_PERIOD
 """Seconds between updates of odometry, joint states and the watchdog: 50 Hz, as diff_drive_controller."""
+
+CONTROL_RATE = 1.0 / CONTROL_PERIOD
+"""The same in Hz."""
 
 SLEW_PERIOD = 0.004
 """Seconds between updates of the twist while it follows a command. The torque of a motor that speeds up

@@ -18,7 +18,7 @@ from kbot.sim.engine.base_servo import AXES
 from kbot.sim.engine.engine import Engine
 from kbot.sim.engine.inertia import held_joints
 from kbot.sim.engine.joints import resistance, rest
-from kbot.sim.engine.motors import Motors, Share
+from kbot.sim.engine.motors import EffortTerm, Motors
 from kbot.sim.engine.world_builder import body_pose
 from kbot.sim.preparation import Prepared
 from kbot.sim.wheel_odometry import Motion
@@ -77,8 +77,8 @@ class RobotBody:
         root = mujoco.mj_name2id(model, joint, self.prefix)
         self.root_qpos = int(model.jnt_qposadr[root]) if root >= 0 else -1
         self._root_dof = int(model.jnt_dofadr[root]) if root >= 0 else -1
-        shares = self._shares()
-        motors = {name: (dof, shares[name]) for name, (_, dof) in self._joints.items()}
+        terms = self._effort_terms()
+        motors = {name: (dof, terms[name]) for name, (_, dof) in self._joints.items()}
         self._motors = Motors(model, data, motors, pushes=not isinstance(self._drive, HolonomicDrive))
 
     @property
@@ -174,25 +174,25 @@ class RobotBody:
         overcome = math.copysign(friction, speed) if abs(speed) > _TURNS else 0.0
         return self._motors.effort(joint) + overcome
 
-    def _shares(self) -> dict[str, list[Share]]:
+    def _effort_terms(self) -> dict[str, list[EffortTerm]]:
         """What exerts the effort of each joint."""
-        shares = {
-            name: [Share(self.prefix + name, 1.0), Share(f"{self.prefix}{name}:damping", 1.0)]
+        terms = {
+            name: [EffortTerm(self.prefix + name, 1.0), EffortTerm(f"{self.prefix}{name}:damping", 1.0)]
             for name in self._joints
         }
         if isinstance(self._drive, HolonomicDrive):
-            # The wheels slide, and a servo moves the base. What the base's acceleration takes of their motors
-            # is what accelerates their armatures. They also exert the other forces on the base, such as its
-            # weight on a slope, by virtual work: these are the shares of a wheel's turn in the base's motion.
+            # The wheels slide, and a servo moves the base. Its force that accelerates the base is left out,
+            # because accelerating the armatures of the wheels takes that effort already. The rest, such as
+            # the weight on a slope, is divided among the wheels by virtual work.
             model, root = self._engine.model, self._root_dof
             mass = float(model.body_subtreemass[self.index(self.robot.root)])
             masses = (mass, mass, float(model.dof_M0[root + 5])) if root >= 0 else (0.0, 0.0, 0.0)
             to_twist = np.linalg.pinv(self._drive.wheels_from_twist).T.tolist()
             for name, row in zip(self._drive.joints, to_twist, strict=True):
-                shares[name] += [
-                    Share(self.prefix + AXES[axis], row[axis], masses[axis]) for axis in range(3)
+                terms[name] += [
+                    EffortTerm(self.prefix + AXES[axis], row[axis], masses[axis]) for axis in range(3)
                 ]
-        return shares
+        return terms
 
     @property
     def links(self) -> tuple[str, ...]:

@@ -37,8 +37,8 @@ class Pace(Protocol):
 _MOST_STEPS = 10**14
 """The longest time, `LONGEST`, at the smallest time step of 1e-5 s."""
 _ROUNDING = 1e-6
-"""The share of a time step up to which a time is 0. `sim.run(5.0 - sim.time)` must work if the difference is
-only a rounding error. In a run of a day, that is at most 1.5e-11 s."""
+"""The share of a time step up to which a time counts as 0. `sim.run(5.0 - sim.time)` must work if the
+difference is only a rounding error. In a run of a day, that is at most 1.5e-11 s."""
 
 
 class Stepping:

@@ -51,7 +51,7 @@ def odometry_frames(robot: SimulatedRobot) -> tuple[str, str, str]:
     """The frame of odometry, the robot's frame in it, and the frame that the transform places.
 
     The last is the robot's root, so that every frame has one parent, also where the plugin names another link
-    of the robot. Only if the plugin names something else, the transform leads there, as from the plugin.
+    of the robot. If the plugin names something else, the transform places that, as the plugin's does.
     """
     root, settings = robot.robot.root, robot.settings
     prefix = robot.naming.frame_prefix
@@ -187,7 +187,8 @@ class RobotTopics:
             raise KbotError(f"{what}: stamp the command with the time of /clock")
 
     def find_subscribers(self, nanoseconds: int) -> bool:
-        """Find the topics with subscribers at this simulated time. Returns whether there are any."""
+        """Find the topics with subscribers. Returns whether there are any. Messages are published from this
+        simulated time on."""
         self._subscribed = [output for output in self._outputs if output[0].has_subscribers]
         for rate, timed in self._timed.items():
             is_subscribed = any(publisher.has_subscribers for publisher, _ in timed.outputs)

@@ -10,7 +10,7 @@ from kbot.kinematics.angles import FULL_TURN, wrap
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 
-Place = tuple[float, float, float]
+UnwrappedPose = tuple[float, float, float]
 """x and y in m, and the yaw in rad with all full turns."""
 
 
@@ -27,8 +27,8 @@ class Motion:
     turns: int = 0
 
     @classmethod
-    def of(cls, place: Place, twist: PlanarTwist) -> Motion:
-        x, y, unwrapped = place
+    def of(cls, pose: UnwrappedPose, twist: PlanarTwist) -> Motion:
+        x, y, unwrapped = pose
         yaw = wrap(unwrapped)
         turns = round((unwrapped - yaw) / FULL_TURN) if isfinite(unwrapped) else 0
         return cls(PlanarPose(x, y, yaw), twist, turns)
@@ -39,12 +39,12 @@ class Motion:
         return self.pose.yaw + FULL_TURN * self.turns
 
 
-ORIGIN: Place = 0.0, 0.0, 0.0
+ORIGIN: UnwrappedPose = 0.0, 0.0, 0.0
 
 
-def _beside(place: Place, offset: PlanarPose) -> Place:
-    """The place of a frame whose pose in the frame at `place` is `offset`."""
-    x, y, yaw = place
+def composed(pose: UnwrappedPose, offset: PlanarPose) -> UnwrappedPose:
+    """As `pose @ offset` of two `PlanarPose`, with a yaw that is not wrapped."""
+    x, y, yaw = pose
     c, s = cos(yaw), sin(yaw)
     return x + c * offset.x - s * offset.y, y + s * offset.x + c * offset.y, yaw + offset.yaw
 
@@ -73,18 +73,18 @@ class WheelOdometry:
         self.state = self._rolled(left, right)
 
     @property
-    def axle(self) -> Place:
-        """The axle's place as of the last update."""
+    def axle(self) -> UnwrappedPose:
+        """The axle's pose as of the last update."""
         x, y, yaw, *_ = self.state
         return x, y, yaw
 
-    def start_at(self, base: Place, left: float, right: float) -> None:
-        """Continue from a place of the base, at these wheel angles."""
-        self.state = (*_beside(base, self._axle_in_base), left, right)
+    def start_at(self, base: UnwrappedPose, left: float, right: float) -> None:
+        """Continue from a pose of the base, at these wheel angles."""
+        self.state = (*composed(base, self._axle_in_base), left, right)
 
-    def base(self, left: float, right: float) -> Place:
-        """The base's place at these wheel angles, which may be newer than the last update."""
-        return _beside(self._rolled(left, right)[:3], self._base_in_axle)
+    def base(self, left: float, right: float) -> UnwrappedPose:
+        """The base's pose at these wheel angles, which may be newer than the last update."""
+        return composed(self._rolled(left, right)[:3], self._base_in_axle)
 
     def twist(self, left: float, right: float) -> PlanarTwist:
         """The base's twist in its own frame, from the speeds of the wheels in rad/s."""
@@ -119,20 +119,20 @@ class PlanarOdometry:
     def reset(self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> None:
         self.start_at(ORIGIN, x, y, yaw)
 
-    def start_at(self, base: Place, x: float, y: float, yaw: float) -> None:
-        self.state: tuple[float, ...] = (*_beside(base, self._axle_in_base), x, y, yaw)
+    def start_at(self, base: UnwrappedPose, x: float, y: float, yaw: float) -> None:
+        self.state: tuple[float, ...] = (*composed(base, self._axle_in_base), x, y, yaw)
 
     @property
-    def axle(self) -> Place:
+    def axle(self) -> UnwrappedPose:
         x, y, yaw, *_ = self.state
         return x, y, yaw
 
     def update(self, x: float, y: float, yaw: float) -> None:
         self.state = self._moved(x, y, yaw)
 
-    def base(self, x: float, y: float, yaw: float) -> Place:
+    def base(self, x: float, y: float, yaw: float) -> UnwrappedPose:
         at_x, at_y, heading, *_ = self._moved(x, y, yaw)
-        return _beside((at_x, at_y, heading), self._base_in_axle)
+        return composed((at_x, at_y, heading), self._base_in_axle)
 
     def twist(self, x: float, y: float, yaw: float) -> PlanarTwist:
         axle = self._axle_in_base
@@ -160,7 +160,7 @@ class TrueOdometry:
     def reset(self, *angles: float) -> None:
         self.start_at(ORIGIN, *angles)
 
-    def start_at(self, base: Place, *angles: float) -> None:
+    def start_at(self, base: UnwrappedPose, *angles: float) -> None:
         truth = self._truth()
         odom_from_world = PlanarPose(*base) @ truth.pose.inverse()
         self.state: tuple[float, ...] = (
@@ -171,10 +171,10 @@ class TrueOdometry:
         """Nothing adds up."""
 
     @property
-    def axle(self) -> Place:
-        return _beside(self.base(), self._axle_in_base)
+    def axle(self) -> UnwrappedPose:
+        return composed(self.base(), self._axle_in_base)
 
-    def base(self, *angles: float) -> Place:
+    def base(self, *angles: float) -> UnwrappedPose:
         truth, (x, y, yaw) = self._truth(), self.state
         place = PlanarPose(x, y, yaw) @ truth.pose
         return place.x, place.y, yaw + truth.unwrapped_yaw
@@ -207,7 +207,7 @@ class CommandOdometry:
     def reset(self, *angles: float) -> None:
         self._driven.reset()
 
-    def start_at(self, base: Place, *angles: float) -> None:
+    def start_at(self, base: UnwrappedPose, *angles: float) -> None:
         self._driven.start_at(base, 0.0, 0.0, 0.0)
 
     def update(self, *angles: float) -> None:
@@ -217,10 +217,10 @@ class CommandOdometry:
         self._driven.update(x + forward, y + leftward, yaw + turning)
 
     @property
-    def axle(self) -> Place:
+    def axle(self) -> UnwrappedPose:
         return self._driven.axle
 
-    def base(self, *angles: float) -> Place:
+    def base(self, *angles: float) -> UnwrappedPose:
         *_, x, y, yaw = self.state
         return self._driven.base(x, y, yaw)
 

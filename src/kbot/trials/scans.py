@@ -40,9 +40,9 @@ class Scans:
     def difference(self, other: Scans) -> tuple[float, float]:
         """The median difference of the ranges in m, and the share of beams that differ by more than `APART`.
 
-        Scans are compared in order, as long as both have one, and only the beams that return something in
-        one of them. A beam without a return has the range `range_max`. NaN: no beam returns something, or
-        the beams of both do not have the same directions.
+        Scans are compared in order, as long as both have one. Only beams that return something in at least
+        one of the two scans count. A beam without a return has the range `range_max`. NaN: no beam returns
+        something, or the beams of both do not have the same directions.
         """
         if self.directions.shape != other.directions.shape or not np.allclose(
             self.directions, other.directions, atol=1e-6
@@ -63,7 +63,7 @@ def compared_beams(count: int) -> NDArray[np.intp]:
 
 
 class ScanSampler:
-    """Measures the scans of some lidars of the first robot at `SCAN_RATE`, whether or not they measure."""
+    """Measures the scans of some lidars of the first robot at `SCAN_RATE`, also without a subscriber."""
 
     def __init__(self, simulation: Simulation, lidars: Mapping[str, Lidar]) -> None:
         self._simulation = simulation
@@ -78,7 +78,7 @@ class ScanSampler:
     def _sample(self) -> None:
         simulation = self._simulation
         parts = (part for body in simulation.world.bodies for part in body.parts)
-        # beams of a robot that tilts hit the ground for a moment, which says nothing about the lidar
+        # with ground alone, beams return something only while the robot tilts: the lidar is not the reason
         has_objects = len(simulation.robots) > 1 or any(not part.ground for part in parts)
         for lidar in self._lidars:
             lidar.sample(simulation, has_objects=has_objects)

@@ -78,8 +78,8 @@ def run_trial(
     """Run a scenario. What goes wrong is in the result's `error`.
 
     `robot` replaces the scenario's own.
-    `with_all_values` computes all measures. `with_trace` keeps the trace. `with_scans`
-    keeps the scans of the lidars.
+    `with_all_values` computes all measures. `with_trace` keeps the trace, and `with_scans` the scans of the
+    lidars.
     `record` is a file to record the run to. `watch` gets the simulation before it starts.
     """
     begun = time.perf_counter()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _NUMBER_LIKE = re.compile(r"\s*[-+.]?\d")
-"""Begins a number, perhaps one with a unit or a decimal comma, which has its own explanation."""
+"""The start of a number. One with a unit or a decimal comma has its own explanation."""
 
 
 def in_expression(fault: XacroError, content: str, scope: Names) -> XacroError:
@@ -70,7 +70,7 @@ def comparison(text: str) -> str:
 
 
 def _with_words(content: str) -> tuple[dict[str, Piece], ast.Expression | None]:
-    """An expression in which a word stands for each `$(…)`, parsed, and the piece of each word.
+    """The piece of each word, and the parsed expression in which these words replace every `$(…)`.
 
     The expression is None if it is not valid."""
     parts = {f"inserted_{index}_": piece for index, piece in enumerate(pieces(content))}

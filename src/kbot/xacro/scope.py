@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from kbot.xacro.run import Run
 
 NO_VALUE = "${…}"
-"""What authors write for a value that they do not know yet, because hints and pages show it so. It is not a
-valid expression."""
+"""A value that is still to be filled in, as the page of X100 shows it. It is not a valid expression."""
 
 
 class Scope:

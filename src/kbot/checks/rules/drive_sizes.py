@@ -21,7 +21,7 @@ _RADIUS = ("wheel_radius", *DIAMETER)
 """The names under which plugins and controllers read these sizes. Other names, such as `wheel_spacing`, are
 also given to gaps and widths."""
 _NEAR = 2.0
-"""Largest ratio of a property to the size that it means. Its name alone does not show what it means."""
+"""Largest ratio between a property and the size that it gives. A name alone does not prove what it gives."""
 
 
 def _conventions(pair: Pair) -> list[float]:

@@ -48,7 +48,7 @@ RADII = (
 """Names of the wheel radius. The second is that of ROS 2's mecanum_drive_controller, the others are those of
 its controllers that steer."""
 WHEELBASE_MULTIPLIER = "wheel_separation_h_multiplier"
-"""Of ROS 1's ackermann_steering_controller."""
+"""A parameter of ROS 1's ackermann_steering_controller."""
 SIDE_MULTIPLIERS = ("left_wheel_radius_multiplier", "right_wheel_radius_multiplier")
 SPANS = (
     ("wheel_separation_x", "wheel_separation_y"),
@@ -243,8 +243,8 @@ class DeclaredDrive:
         controllers that steer have only that one."""
         if self.ros == 2 and self.has_sides:
             return SIDE_MULTIPLIERS
-        is_joint = "wheel_radius_multiplier" in self.given or not self.has_sides
-        return ("wheel_radius_multiplier",) if is_joint else SIDE_MULTIPLIERS
+        is_common = "wheel_radius_multiplier" in self.given or not self.has_sides
+        return ("wheel_radius_multiplier",) if is_common else SIDE_MULTIPLIERS
 
     def _multiplied(self, given: Parameter, number: float, *names: str) -> Size:
         """A size times the mean of the multipliers of these names. One that is not given is 1."""

@@ -26,8 +26,8 @@ FRAME, BASE, PREFIX, PREFIX_ENABLE = "odometry_frame", "base_frame", "prefix", "
 POSE_COVARIANCE, TWIST_COVARIANCE = "pose_covariance", "twist_covariance"
 COVARIANCES = ("covariance_x", "covariance_y", "covariance_yaw")
 IGNORED, SAME = "no", "same"
-"""What KBot does with a setting: it ignores it, or it makes no difference in KBot. Other words mean that KBot
-uses it, and the words above name what for."""
+"""What KBot does with a setting: it ignores it, or the setting makes no difference in KBot. With any other
+word, KBot uses the setting, and the words above name its purpose."""
 
 Diagonal = tuple[float, ...]
 
@@ -302,7 +302,7 @@ def _programs(robot: RobotModel) -> Iterator[tuple[str, Program, Mapping[str, Pa
 
 
 def _is_default(given: Parameter, default: str) -> bool:
-    """Whether a setting has its default, written in any way. Without a default, an empty text is it."""
+    """Whether a setting has its default, written in any way. If there is no default, it is an empty text."""
     if given.is_nan or given.text.strip() == default:
         return True
     if isinstance(given.value, list):
@@ -314,7 +314,7 @@ def _is_default(given: Parameter, default: str) -> bool:
 
 
 def _is_mirrored(low: Parameter, high: Parameter | None) -> bool:
-    """Whether two limits are equal in both directions."""
+    """Whether the limits of both directions are equal."""
     return high is not None and None not in (low.number, high.number) and low.number == -(high.number or 0.0)
 
 

@@ -38,7 +38,7 @@ _LOAD_MARGIN = 0.02
 _ALL_AROUND = math.radians(350.0)
 DEFAULT_SETTINGS = LocalSettings()
 _ODOMETRY_SILENCE = 0.1
-"""s: the time of five messages at 50 Hz. Rarer odometry counts as silent after five of its own messages."""
+"""s: the time of five messages at 50 Hz. At lower rates it is the time of five messages too."""
 
 
 class _Lidar:

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 NOTES_TOPIC = "/kbot/recording"
 """The topic on which formats without metadata records carry metadata, as JSON in a String."""
 _LATCHED = frozenset({"/tf_static", "/robot_description", "/map", NOTES_TOPIC})
-"""Topics that are latched in every robot, for recordings that do not contain it."""
+"""Topics that are latched if a recording does not contain the quality of service."""
 _FOREVER = (9223372036, 854775807)
 """Seconds and nanoseconds of RMW_DURATION_INFINITE, the largest time in 63 bits."""
 _FOREVER_IN_FOXY = frozenset({(0x7FFFFFFF, 0xFFFFFFFF), (0x7FFFFFFF, 0x7FFFFFFF)})
-"""What Foxy recorded for it, and earlier versions of KBot. Later rosbag2 replaces it too."""
+"""What Foxy and earlier versions of KBot recorded instead. Later versions of rosbag2 replace it too."""
 _LONGEST = 1 << 16
 """Characters of a text that is read. A profile has about 300, and each publisher of the topic has one."""
 
@@ -71,14 +71,14 @@ def latches(topic: str, text: str) -> bool:
 
 
 def parsed_qos(text: str) -> list[Qos]:
-    """The profiles in a text with numbers or names. None if it is empty or not rosbag2's."""
+    """The profiles in a text with numbers or names. Empty if the text is empty or not rosbag2's."""
     if not 0 < len(text) <= _LONGEST:
         return []
     from rosbags.rosbag2.metadata import parse_qos
 
     try:
         found = load_yaml(text)
-        # rosbags would read a text as YAML again
+        # anything but a list is refused: rosbags would parse a text as YAML once more
         return [each for each in parse_qos(found) if _is_valid(each)] if isinstance(found, list) else []
     except (YamlError, LookupError, TypeError, AttributeError):
         return []

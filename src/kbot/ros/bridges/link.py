@@ -57,7 +57,7 @@ class Topic:
 
 
 def any_version(topic: str, type_name: str) -> None:
-    """Peers of all ROS versions see a topic, such as those of a recording and of a user's node."""
+    """The `version_of` links of recordings and of users' nodes: peers of all ROS versions see every topic."""
 
 
 class PeerLink:

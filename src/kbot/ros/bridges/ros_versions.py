@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 _ROS1_NAMES = ("/move_base/", "/move_base_simple/", "/gazebo/")
-"""Of the node move_base, of rviz, and of gazebo_ros. ROS 2 has no move_base, and its Gazebo other names."""
+"""Names of move_base, rviz and gazebo_ros. ROS 2 has no move_base, and its rviz and Gazebo use other
+names."""
 _ACTION_TYPES = ("ActionGoal", "ActionFeedback", "ActionResult")
 _ROS2_NAMES = frozenset({"/goal_pose", "/plan", "/local_costmap/costmap"})
-"""Of rviz2 and of Nav2. KBot has each of them under its ROS 1 name too."""
+"""Names of rviz2 and Nav2. KBot also publishes or receives each topic under its ROS 1 name."""
 
 
 def version_of(topic: str, type_name: str) -> int | None:
-    """The only ROS version, 1 or 2, whose peers know a topic of a simulation. None: those of both do.
+    """The only ROS version, 1 or 2, whose peers know a topic of a simulation. None if both know it.
 
     The topics of an action are those of actionlib, which only ROS 1 has: in ROS 2, an action has services.
     """

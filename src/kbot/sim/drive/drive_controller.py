@@ -20,9 +20,9 @@ from kbot.sim.wheel_odometry import (
     ORIGIN,
     CommandOdometry,
     Motion,
-    Place,
     PlanarOdometry,
     TrueOdometry,
+    UnwrappedPose,
     WheelOdometry,
 )
 from kbot.text import DiagnosticCollector
@@ -171,8 +171,8 @@ class DriveController:
         return isinstance(self._odometry, TrueOdometry)
 
     @property
-    def axle(self) -> Place:
-        """The axle's place by odometry, as of the last `tick`."""
+    def axle(self) -> UnwrappedPose:
+        """The axle's pose by odometry, as of the last `tick`."""
         return self._odometry.axle
 
     def restart_odometry(self) -> None:

@@ -54,6 +54,7 @@ class OdometrySettings:
     prefix                       the start of both frames. None: that of all frames of the robot
     transform_topic              the topic of the transform
     pose, twist                  variances of x, y, z (m^2) and the rotations (rad^2), and of their speeds
+    source                       what odometry is computed from
     """
 
     is_published: bool = True

@@ -20,10 +20,11 @@ import numpy as np
 from kbot.sim.engine.arrays import numbers
 
 
-class Share(NamedTuple):
-    """A share of a joint's effort: `factor` times the force of the engine's actuator `name`.
+class EffortTerm(NamedTuple):
+    """A term of a joint's effort: `factor` times the force of the engine's actuator `name`, less what
+    accelerates a `mass` (kg or kg m^2).
 
-    Less what accelerates a `mass` (kg or kg m^2), if something else in the effort already accounts for it.
+    The mass is 0, unless the effort already contains that part as the acceleration of an armature.
     """
 
     name: str
@@ -32,7 +33,7 @@ class Share(NamedTuple):
 
 
 class _Motor(NamedTuple):
-    """`actuators` has the engine's index of each, and the `factor` and the `mass` of its `Share`."""
+    """`actuators` has the engine's index of each, and the `factor` and the `mass` of its `EffortTerm`."""
 
     dof: int
     armature: float
@@ -48,14 +49,14 @@ class Motors:
         self,
         model: mujoco.MjModel,
         data: mujoco.MjData,
-        joints: Mapping[str, tuple[int, Sequence[Share]]],
+        joints: Mapping[str, tuple[int, Sequence[EffortTerm]]],
         *,
         pushes: bool,
     ) -> None:
         """`joints`: for each joint the index of its speed, and what exerts its effort.
 
-        Actuators that the engine does not have are left out. `pushes`: the wheels push the robot. If they do
-        not, their armatures are what they would have to push.
+        Actuators that the engine does not have are left out. `pushes`: whether the wheels push the robot. If
+        they do not, their armatures replace what they would have to push, and count as a part of the links.
         """
         self._timestep = float(model.opt.timestep)
         self._force, self._speed = numbers(data.actuator_force), numbers(data.actuator_velocity)
@@ -72,9 +73,9 @@ class Motors:
                 float(model.dof_armature[dof]) if pushes else 0.0,
                 float(model.dof_damping[dof]),
                 bool(model.dof_frictionloss[dof] > 0.0),
-                _found(model, shares),
+                _found(model, terms),
             )
-            for joint, (dof, shares) in joints.items()
+            for joint, (dof, terms) in joints.items()
         }
 
     def effort(self, joint: str) -> float:
@@ -120,7 +121,7 @@ class Motors:
         )
 
 
-def _found(model: mujoco.MjModel, shares: Sequence[Share]) -> tuple[tuple[int, float, float], ...]:
+def _found(model: mujoco.MjModel, terms: Sequence[EffortTerm]) -> tuple[tuple[int, float, float], ...]:
     kind = mujoco.mjtObj.mjOBJ_ACTUATOR
-    indices = ((mujoco.mj_name2id(model, kind, share.name), share) for share in shares)
-    return tuple((index, share.factor, share.mass) for index, share in indices if index >= 0)
+    indices = ((mujoco.mj_name2id(model, kind, term.name), term) for term in terms)
+    return tuple((index, term.factor, term.mass) for index, term in indices if index >= 0)

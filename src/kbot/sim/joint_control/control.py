@@ -40,8 +40,8 @@ class JointControl:
     """The joint controllers of one robot.
 
     `holds` are the joints that a controller or the hardware holds from the start. `starts` are the positions
-    (rad or m) of joints that do not start at 0. `state_topics` are the topics of
-    joint states with their rates in Hz, apart from `joint_states` at the rate of control periods.
+    (rad or m) of joints that do not start at 0. `state_topics` are the topics of joint states with their
+    rates in Hz. Without an entry, `joint_states` is published every control period.
     """
 
     controllers: tuple[JointController, ...] = ()

@@ -37,8 +37,8 @@ _UNITS: Mapping[str, str] = {
 }
 """The unit by the last word of a setting's name."""
 _NOT_SETTINGS = ("name", "origin", "robot", "pose", "frame", "topic", "info_topic", "depth_topic")
-"""Fields of a sensor's specification that are no setting, or from which a setting is computed."""
-_PARTS = ("gazebo", "ros2_control")
+"""Fields of a sensor's specification that are not settings, or from which a setting is computed."""
+_EXTENSIONS = ("gazebo", "ros2_control")
 """The extensions that declare sensors."""
 
 T = TypeVar("T")
@@ -245,7 +245,7 @@ def _frames(robot: RobotModel) -> Iterator[tuple[str, Settings]]:
 def _written(robot: RobotModel) -> Iterator[tuple[str, Settings]]:
     elements = (
         sensor
-        for tag in _PARTS
+        for tag in _EXTENSIONS
         for extension in extensions(robot, tag)
         for sensor in extension.elements("sensor")
     )

@@ -16,7 +16,7 @@ COMPLETED = "completed"
 """The name under which a comparison lists whether a scenario ran to its end: 1 or 0."""
 SCANS = (("scan_difference", "m", 0.02), ("scan_share", "", 0.05))
 """What a comparison lists for each lidar: the name, the unit, and the smallest change that counts, above what
-two recordings with different noise of 1 cm show. See `Scans.difference`. Before, each is 0 by definition."""
+two recordings with different noise of 1 cm show. See `Scans.difference`. Each is 0 for the first robot."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ from kbot.record.encodings.types import ros2_definition
 from kbot.record.feed import Packet
 from kbot.ros.bridges.link import PeerLink, Topic
 from kbot.ros.bridges.loop import Batch, later, wait_for
-from kbot.ros.bridges.ros2.domain import domain_number, reach
+from kbot.ros.bridges.ros2.domain import discovery_range, domain_number
 from kbot.ros.bridges.ros2.node_entry import MOST_AT_ONCE, NodeEntry, is_acknowledged
 from kbot.ros.bridges.ros2.samples import Dds, sample_of, sample_type
 from kbot.text import KbotError
@@ -60,8 +60,8 @@ class Ros2Bridge:
     ) -> None:
         """Join the domain `domain`, else ROS_DOMAIN_ID, else 0.
 
-        By default, only this machine can connect, see `reach`. With `host`, this machine's address in a
-        network, the machines in that network can connect. `node` is the node's full name. If it is
+        By default, only this machine can connect, see `discovery_range`. With `host`, this machine's address
+        in a network, the machines in that network can connect. `node` is the node's full name. If it is
         `lossless`, it subscribes reliably and keeps every message for slow subscribers, as lockstep needs it.
 
         Raises:
@@ -70,10 +70,10 @@ class Ros2Bridge:
         self._link, self._node = link, node
         self._lossless = lossless
         self.domain = domain_number(os.environ) if domain is None else domain
-        self._reach = reach(host, os.environ)
+        self._range = discovery_range(host, os.environ)
         try:
             # a process can create each domain only once, so bridges of this process share it
-            self._domain = _shared_domain(self.domain, self._reach.config)
+            self._domain = _shared_domain(self.domain, self._range.config)
             self._participant: Dds = DomainParticipant(
                 self.domain, qos=Qos(Policy.Userdata(data=b"enclave=/;"))
             )
@@ -99,7 +99,7 @@ class Ros2Bridge:
 
     def describe(self) -> str:
         """The node and its domain, in one sentence."""
-        return f"ROS 2: node {self._node} in domain {self.domain}, {self._reach.words}"
+        return f"ROS 2: node {self._node} in domain {self.domain}, {self._range.words}"
 
     @property
     def identity(self) -> str:

@@ -14,8 +14,8 @@ from kbot.text import KbotError
 HIGHEST_DOMAIN = 232
 """The highest domain of DDS: the UDP ports of domain 233 are above 65535."""
 DOMAIN, RANGE, LOCALHOST_ONLY = "ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"
-"""The variables with which ROS 2 chooses a domain and its peers. If the last one, which is deprecated, is 1,
-rcl ignores the one before it."""
+"""The variables with which ROS 2 chooses a domain and its peers. rcl ignores the range if the deprecated
+ROS_LOCALHOST_ONLY is 1."""
 RANGES = "SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"
 
 LOOPBACK_HOSTS = "127.0.0.1", "localhost"
@@ -32,7 +32,7 @@ CYCLONE_HINT = (
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class DiscoveryRange:
     """Which machines can reach a domain."""
 
     words: str
@@ -49,7 +49,7 @@ def domain_number(environment: Mapping[str, str]) -> int:
     return int(text)
 
 
-def reach(host: str | None, environment: Mapping[str, str]) -> Reach:
+def discovery_range(host: str | None, environment: Mapping[str, str]) -> DiscoveryRange:
     """Which machines can reach a node: those in the network of the address `host`. Without it, only this
     machine, unless ROS_AUTOMATIC_DISCOVERY_RANGE asks for more.
 
@@ -57,10 +57,10 @@ def reach(host: str | None, environment: Mapping[str, str]) -> Reach:
         KbotError: the variable has an unknown value, or switches discovery off.
     """
     if host in LOOPBACK_HOSTS:
-        return Reach("on this machine only", _config(_LOOPBACK))
+        return DiscoveryRange("on this machine only", _config(_LOOPBACK))
     if host is not None:
         address = f'<NetworkInterface address={quoteattr(host)} multicast="true"/>'
-        return Reach(f"at {host}", _config(address + _LOOPBACK))
+        return DiscoveryRange(f"at {host}", _config(address + _LOOPBACK))
     wanted = environment.get(RANGE) or "LOCALHOST"
     if environment.get(LOCALHOST_ONLY) == "1":
         wanted = "LOCALHOST"
@@ -70,11 +70,11 @@ def reach(host: str | None, environment: Mapping[str, str]) -> Reach:
         raise KbotError(f"ROS 2 nodes cannot find KBot if {RANGE} is OFF. Set it to LOCALHOST or SUBNET")
     if wanted == "SYSTEM_DEFAULT":
         own = environment.get("CYCLONEDDS_URI", "")
-        return Reach("as CYCLONEDDS_URI configures it", f"{own},{_domain_config(_COMPATIBILITY)}")
+        return DiscoveryRange("as CYCLONEDDS_URI configures it", f"{own},{_domain_config(_COMPATIBILITY)}")
     if wanted == "SUBNET" and _has_network():
         network = '<NetworkInterface autodetermine="true"/>'
-        return Reach("in the network of this machine", _config(network + _LOOPBACK))
-    return Reach(f"on this machine only. {CYCLONE_HINT}", _config(_LOOPBACK))
+        return DiscoveryRange("in the network of this machine", _config(network + _LOOPBACK))
+    return DiscoveryRange(f"on this machine only. {CYCLONE_HINT}", _config(_LOOPBACK))
 
 
 def _has_network() -> bool:
@@ -89,8 +89,11 @@ def _has_network() -> bool:
 
 
 def _config(interfaces: str) -> str:
-    """The participant uses the ports that peers try which have no multicast, such as those limited to this
-    machine. It tries theirs on this machine."""
+    """Cyclone's configuration with these interfaces.
+
+    Some peers, such as those limited to this machine, find others by trying the ports of participants 0, 1,
+    2 and so on, instead of by multicast. So KBot uses such a port, and tries those ports on this machine.
+    """
     return _domain_config(
         f"<General><Interfaces>{interfaces}</Interfaces></General>{_COMPATIBILITY}"
         "<Discovery><ParticipantIndex>auto</ParticipantIndex>"

@@ -20,9 +20,9 @@ GUID_BYTES = 16
 _HEADER = b"\0\1\0\0"
 """CDR, little-endian."""
 NO_NODE = _HEADER + bytes(GID_SIZES[-1] + 4)
-"""A message of a participant without nodes, for both sizes: what follows the shorter message is not read."""
+"""A message of a participant without nodes, in both sizes: readers of the shorter one ignore the rest."""
 _MARK = b"kbot=1;"
-"""The user data of KBot's endpoints. KBots do not wait for the messages of each other."""
+"""The user data of KBot's endpoints. KBot does not wait for the entries of other nodes of KBot."""
 MOST_AT_ONCE = 64
 
 
@@ -46,8 +46,8 @@ def _with_text(body: bytes, text: str) -> bytes:
 
 
 def gid_size(data: bytes) -> int:
-    """The size of the GIDs in a peer's message: the one with which the message ends where its bytes end. 0 if
-    it is neither."""
+    """The size of the GIDs in a peer's message, which follows from the message's length. 0 if neither size
+    fits."""
     return next((size for size in GID_SIZES if _ends(data, size)), 0)
 
 
@@ -130,7 +130,7 @@ class NodeEntry:
             self._write(NO_NODE)
 
     def _peers(self) -> set[str]:
-        """The participants that subscribe, other than KBots."""
+        """The participants that subscribe, except other nodes of KBot."""
         found = map(self._writer.get_matched_subscription_data, self._writer.get_matched_subscriptions())
         return {data.participant_key.hex for data in found if data is not None and not _is_kbot(data)}
 
