@@ -533,8 +533,8 @@ def test_a_robot_that_spins_fast_is_not_reported(urdf):
 @pytest.mark.parametrize(
     ("command", "start"),
     [
-        ((1000.0, 0.0), "the start to 1000 m/s takes 1000 s with KBot's default limit of 1 m/s^2"),
-        ((0.0, 1e6), "the start to 1e+06 rad/s takes 1.25e+05 s with KBot's default limit of 8 rad/s^2"),
+        ((1000.0, 0.0), "reaching 1000 m/s takes 1000 s with KBot's default limit of 1 m/s^2"),
+        ((0.0, 1e6), "reaching 1e+06 rad/s takes 1.25e+05 s with KBot's default limit of 8 rad/s^2"),
     ],
 )
 @pytest.mark.parametrize("seconds", [6.0, 14.0])

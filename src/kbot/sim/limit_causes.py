@@ -84,7 +84,7 @@ class LimitCauses:
         most = (limits.linear_acceleration, limits.lateral_acceleration, limits.angular_acceleration)[axis]
         given = self._given(*_limit_names("acceleration", axis))
         whose = "KBot's default limit" if given is None else "its limit"
-        text = f"the start to {speed:g} {unit} takes {speed / most:.4g} s with {whose} of {most:.3g} {unit}^2"
+        text = f"reaching {speed:g} {unit} takes {speed / most:.4g} s with {whose} of {most:.3g} {unit}^2"
         return Cause(text, _origin(given), _LOWER_SPEED)
 
     def of_miss(self, seen: Miss) -> Cause | None:

@@ -162,7 +162,7 @@ class MotionCauses:
         if not any(link.collisions for link in self._model.links.values()):
             return Cause("no link has a <collision>", self._model.origin, "add <collision> to the links")
         if since is not None:
-            text = f"it left the ground at {since:.1f} s and touches nothing since then"
+            text = f"it left the ground at {since:.1f} s and has touched nothing since"
             return Cause(text, is_fault=False)
         if off_ground is not None:
             return Cause(f"{off_ground.message} ({off_ground.code})", off_ground.origin, is_fault=False)

@@ -51,7 +51,7 @@ class OdometrySettings:
     is_published, has_transform  whether it publishes Odometry, and the transform from odom to the robot
     rate                         Hz; infinite for every time step
     base_frame                   the robot's frame. Empty: the link that odometry describes
-    prefix                       the start of both frames. None: that of all frames of the robot
+    prefix                       the prefix of both frames. None: that of all frames of the robot
     transform_topic              the topic of the transform
     pose, twist                  variances of x, y, z (m^2) and the rotations (rad^2), and of their speeds
     source                       what odometry is computed from

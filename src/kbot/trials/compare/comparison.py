@@ -195,8 +195,8 @@ def _declared_row(difference: DeclaredDifference) -> tuple[str, ...]:
 def _scans_not_measured(comparison: Comparison) -> str:
     names = ", ".join(f"'{name}'" for name in comparison.scans_not_measured)
     return (
-        f"not measured: the scans of {names}. They need a scenario with objects in range, and beams in the "
-        "same directions of both sensors"
+        f"not measured: the scans of {names}. They need a scenario with objects in range, and "
+        "two sensors whose beams have the same directions"
     )
 
 
