@@ -16,7 +16,6 @@ GRAPH_TOPIC = "ros_discovery_info"
 GRAPH_TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 GID_SIZES = 16, 24
 """Bytes of a GID from ROS 2 Iron on, and up to Humble (rmw_dds_common 5ab4f59)."""
-GUID_BYTES = 16
 _HEADER = b"\0\1\0\0"
 """CDR, little-endian."""
 NO_NODE = _HEADER + bytes(GID_SIZES[-1] + 4)
