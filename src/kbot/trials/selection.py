@@ -25,7 +25,7 @@ from kbot.trials.scenario_file import (
     yaml_scenarios,
 )
 from kbot.worker import WorkerLimits
-from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages
+from kbot.xacro import PackageNotFound, Packages
 
 NO_ROBOT = "the scenario '{}' names no robot. Add robot: FILE, or try a robot with kbot try ROBOT --battery"
 ALL = "all"
@@ -318,8 +318,6 @@ def _package(word: str) -> str:
         return ""
     try:
         return Packages().find(word)
-    except AmbiguousPackage:
-        raise
     except PackageNotFound:
         return ""
 

@@ -51,16 +51,20 @@ _REPOSITORIES = Path(__file__).with_name("package_repositories.tsv")
 """The GitHub repositories of packages that robots often use. Each one was verified to contain the package."""
 
 
-class PackageNotFound(KbotError):
-    """There is no package with this name where packages are searched.
+class PackageError(KbotError):
+    """No package can be used for a name. `problem` and `hint` are the parts of the message."""
 
-    `problem` and `hint` are the parts of its message.
-    """
+    def __init__(self, name: str, problem: str, hint: str) -> None:
+        self.name, self.problem, self.hint = name, problem, hint
+        super().__init__(f"{problem}: {hint}")
+
+
+class PackageNotFound(PackageError):
+    """There is no package with this name where packages are searched."""
 
     def __init__(
         self, name: str, known: Sequence[str], searched: Sequence[str], folder: str | None = None
     ) -> None:
-        self.name = name
         if folder is not None and Path.cwd() in Path(folder).parents:
             folder = str(Path(folder).relative_to(Path.cwd()))
         self.folder = folder
@@ -69,24 +73,21 @@ class PackageNotFound(KbotError):
         # no similar name if the user has such a folder: the similar one could be the shipped robot's
         self.nearest = did_you_mean(name, known) if folder is None and repository is None else ""
         if folder is not None:
-            self.hint = _why_not(name, folder)
+            hint = _why_not(name, folder)
         elif repository is not None:
-            self.hint = f"get it from https://github.com/{repository} and {_HOW_TO_ADD}"
+            hint = f"get it from https://github.com/{repository} and {_HOW_TO_ADD}"
         else:
-            self.hint = self.nearest or _HOW_TO_ADD
+            hint = self.nearest or _HOW_TO_ADD
         self.searched = tuple(searched)
-        self.problem = f"the package '{name}' is not found"
-        super().__init__(f"{self.problem}: {self.hint}")
+        super().__init__(name, f"the package '{name}' is not found", hint)
 
 
-class AmbiguousPackage(PackageNotFound):
+class AmbiguousPackage(PackageError):
     """Several packages with this name are where packages are searched, and none is nearest to the file."""
 
     def __init__(self, name: str, places: Sequence[str]) -> None:
-        self.name, self.places, self.folder, self.nearest, self.searched = name, tuple(places), None, "", ()
-        self.problem = f"several packages are named '{name}': {', '.join(places)}"
-        self.hint = _CHOOSE
-        KbotError.__init__(self, f"{self.problem}: {self.hint}")
+        self.places = tuple(places)
+        super().__init__(name, f"several packages are named '{name}': {', '.join(places)}", _CHOOSE)
 
 
 class Packages:
@@ -180,7 +181,7 @@ class Packages:
             name, _, inner = rest.partition("/")
             try:
                 path = os.path.join(self.find(name), inner.lstrip("/"))
-            except PackageNotFound:
+            except PackageError:
                 return None
         elif separator and scheme == "file":
             path = from_file_uri(rest)

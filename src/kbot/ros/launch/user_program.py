@@ -17,7 +17,7 @@ from pathlib import Path
 from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.launch.python_packages import folder_of_module
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
-from kbot.xacro.packages import PackageNotFound, Packages
+from kbot.xacro.packages import PackageError, Packages
 
 _SHEBANG = re.compile(r"#!.*\bpython[\d.]*\s*$")
 _SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
@@ -44,7 +44,7 @@ def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:
     """The program of a node, or the reason why it is not run, with a fix."""
     try:
         folder = packages.find(node.package)
-    except PackageNotFound as error:
+    except PackageError as error:
         return _not_run(node, error.problem, error.hint)
     file = _in_package(Path(folder), node.type)
     if file is None:

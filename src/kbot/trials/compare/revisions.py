@@ -16,7 +16,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 from kbot.trials.compare.git import Repository, extract
 from kbot.trials.robot_folder import absolute, own_package, robot_of_folder
-from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages
+from kbot.xacro import PackageNotFound, Packages
 from kbot.xacro.assignments import Assignments, resolve_names
 
 _REVISION = re.compile(r"(?P<revision>[^:]+):(?P<path>.*)", re.DOTALL)
@@ -116,8 +116,6 @@ def _on_disk(word: str, values: dict[str, str], package_path: Sequence[str]) -> 
     if word != SHIPPED_NAME and not Path(word).exists() and not _looks_like_a_path(word):
         try:
             file = Packages(package_path).find(word)
-        except AmbiguousPackage:
-            raise
         except PackageNotFound:
             what = "a file, a package, a recording or a git revision (REVISION:PATH)"
             raise KbotError(f"{word} is not {what}") from None

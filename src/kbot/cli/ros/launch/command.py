@@ -29,7 +29,7 @@ from kbot.cli.run_outputs import record_options, run_outputs
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError, Severity
 from kbot.text.suggest import did_you_mean
-from kbot.xacro import AmbiguousPackage, PackageNotFound, Packages
+from kbot.xacro import PackageNotFound, Packages
 
 if TYPE_CHECKING:
     from kbot.record.record_options import RecordOptions
@@ -275,8 +275,6 @@ def _as_package(word: str, packages: Packages) -> str:
     """What to write instead of a package without a launch file, for an error."""
     try:
         names = _launch_files(_package_folder(word, packages))
-    except AmbiguousPackage:
-        raise
     except PackageNotFound as error:
         if error.nearest:
             return f"{word} is not a file or package: {error.nearest}"

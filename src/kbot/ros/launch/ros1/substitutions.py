@@ -16,7 +16,7 @@ from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.parameter_values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
-from kbot.xacro.packages import AmbiguousPackage, PackageNotFound, Packages
+from kbot.xacro.packages import PackageError, PackageNotFound, Packages
 
 _MARK = re.compile(r"[$()]")
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
@@ -93,8 +93,8 @@ class SubstitutionScope:
     def find(self, name: str) -> str:
         try:
             return self.packages.find(name)
-        except PackageNotFound as error:
-            if name in STAND_IN_PACKAGES and not isinstance(error, AmbiguousPackage):
+        except PackageError as error:
+            if name in STAND_IN_PACKAGES and isinstance(error, PackageNotFound):
                 return share_of(name)
             raise LaunchError("L012", error.problem, error.hint) from None
 

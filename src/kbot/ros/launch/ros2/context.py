@@ -18,7 +18,7 @@ from kbot.ros.launch.plan import Param, RobotDescription
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
-from kbot.xacro.packages import AmbiguousPackage, PackageNotFound, Packages
+from kbot.xacro.packages import PackageError, PackageNotFound, Packages
 
 _ADDRESS = re.compile(r"(?:package|model|file)://[^\"']*/")
 """The folder in the address of a mesh."""
@@ -85,8 +85,8 @@ class LaunchContext:
         """
         try:
             return str(self.packages.beside(self.file).find(package))
-        except PackageNotFound as error:
-            if package in STAND_IN_PACKAGES and not isinstance(error, AmbiguousPackage):
+        except PackageError as error:
+            if package in STAND_IN_PACKAGES and isinstance(error, PackageNotFound):
                 return share_of(package)
             raise LaunchError("L012", error.problem, error.hint, package) from None
 
