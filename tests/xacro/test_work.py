@@ -338,3 +338,13 @@ def test_yaml_data_is_limited(tmp_path: Path) -> None:
             assert '<a x="41"/>' in expansion.text
         else:
             assert [d.code for d in expansion.diagnostics] == ["X190"], text[:20]
+
+
+@pytest.mark.parametrize(
+    ("inserted", "code"),
+    [("${%s}", "X102"), ("$(arg a) == %s", "X128")],
+)
+def test_many_inserted_arguments_in_an_expression_take_no_quadratic_time(inserted, code):
+    text = inserted % "+".join(["$(arg a)"] * 5000)
+    argument = '<xacro:arg name="a" default="gz"/>'
+    assert codes(f'{argument}<xacro:if value="{text}"/>') == [code]

@@ -13,6 +13,8 @@ from kbot.xacro.xacro_error import XacroError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from kbot.xacro.templates import Names
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
@@ -38,6 +40,7 @@ def _text_without_quotes(fault: XacroError, content: str, scope: Names) -> Xacro
     words, tree = _with_words(content)
     if tree is None:
         return None
+    parents = _parents(tree)
     names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
     unknown = fault.key[1] if fault.code == "X103" and isinstance(fault.key, tuple) else ""
     if any(node.id == unknown for node in names):
@@ -47,7 +50,7 @@ def _text_without_quotes(fault: XacroError, content: str, scope: Names) -> Xacro
             continue
         value = scope.substitute(words[node.id].content)
         is_cause = unknown in _WORD.findall(value) if unknown else _parsed(value) is None
-        is_text = _is_text(node, tree)
+        is_text = _is_text(node, parents)
         if is_cause and (is_text or not _NUMBER_LIKE.match(value)):
             return _unquoted(fault, words[node.id], value, _quote(content) if is_text else "")
     return None
@@ -61,7 +64,8 @@ def comparison(text: str) -> str:
     words, tree = _with_words(text)
     if tree is None or not isinstance(tree.body, ast.Compare):
         return ""
-    quoted = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and _is_text(n, tree)}
+    parents = _parents(tree)
+    quoted = {node.id for node in parents if isinstance(node, ast.Name) and _is_text(node, parents)}
     quote = {word: _quote(text) if word in quoted else "" for word in words}
     commands = (f"{quote[word]}$({piece.content}){quote[word]}" for word, piece in words.items())
     return (
@@ -93,10 +97,14 @@ def _quote(content: str) -> str:
     return '"' if '"' in content else "'"
 
 
-def _is_text(node: ast.Name, tree: ast.Expression) -> bool:
+def _parents(tree: ast.Expression) -> dict[ast.AST, ast.AST]:
+    """The node that contains each node of an expression."""
+    return {node: parent for parent in ast.walk(tree) for node in ast.iter_child_nodes(parent)}
+
+
+def _is_text(node: ast.Name, parents: Mapping[ast.AST, ast.AST]) -> bool:
     """Whether a part of an expression is used as a text, so that it is right with quotes."""
-    parent = next((p for p in ast.walk(tree) if node in ast.iter_child_nodes(p)), None)
-    match parent:
+    match parent := parents.get(node):
         case ast.Compare(ops=[ast.Eq() | ast.NotEq() | ast.In() | ast.NotIn()]):
             others = [part for part in (parent.left, *parent.comparators) if part is not node]
             return all(_holds_text(other) for other in others)
