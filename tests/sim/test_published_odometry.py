@@ -459,6 +459,37 @@ def test_an_invalid_switch_is_reported_and_its_default_is_used(two_wheels):
 
 
 @pytest.mark.parametrize(
+    ("parameters", "expected"),
+    [
+        # a key without a value
+        ("odom_frame_id: , tf_frame_prefix: ~", []),
+        ("odom_frame_id: [start]", ["odom_frame_id must be a text, not '['start']'"]),
+        ("tf_frame_prefix: [a, b]", ["tf_frame_prefix must be a text, not '['a', 'b']'"]),
+        (
+            "pose_covariance_diagonal: [.nan, .inf, 1, 2, 3, 4]",
+            ["pose_covariance_diagonal must be a list of 6 numbers, not '[nan, inf, 1, 2, 3, 4]'"],
+        ),
+        (
+            "pose_covariance_diagonal: [1, 2]",
+            ["pose_covariance_diagonal must be a list of 6 numbers, not '[1, 2]'"],
+        ),
+    ],
+)
+def test_without_a_valid_value_a_parameter_has_its_default(two_wheels, tmp_path, parameters, expected):
+    sim = Simulation(two_wheels(controlled(tmp_path, DIFF, f"{WHEELS}, {parameters}")))
+    assert [d.message for d in sim.diagnostics if d.code == "W130"] == expected
+    assert published(sim) == Published("/odom", BOTH, 50.0, LINK, ZEROS)
+
+
+def test_a_rate_near_zero_publishes_nothing_in_any_run(two_wheels):
+    sim = Simulation(two_wheels(gz_diff(tags(odom_publish_frequency=1e-300))))
+    odometry = []
+    sim.bus.subscribe("/odom", Odometry, odometry.append)
+    sim.run(SECONDS)
+    assert odometry == []
+
+
+@pytest.mark.parametrize(
     ("text", "codes"),
     [
         (diff_1(), []),

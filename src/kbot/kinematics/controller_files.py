@@ -95,7 +95,8 @@ class Parameter:
 
     @property
     def text(self) -> str:
-        return str(self.value)
+        """The value as text. A key without a value has none, so that its default counts."""
+        return "" if self.value is None else str(self.value)
 
     @property
     def number(self) -> float | None:

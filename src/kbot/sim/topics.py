@@ -30,6 +30,8 @@ _MESSAGES: Mapping[Input, type] = {
 }
 """The message types of the topics of controllers."""
 
+_LEAST = 1e-9
+"""The lowest rate in Hz: lower ones, which a clock does not take, publish nothing within 30 years either."""
 _Output = tuple[Publisher[Any], Callable[[msg.Time], object]]
 
 
@@ -143,7 +145,7 @@ class RobotTopics:
     def _advertise(
         self, topic: str, kind: type, message: Callable[[msg.Time], object], rate: float = CONTROL_RATE
     ) -> None:
-        rate = min(rate, self._most)
+        rate = min(max(rate, _LEAST), self._most)
         outputs = self._outputs
         if rate != CONTROL_RATE:
             outputs = self._timed.setdefault(rate, _Timed([])).outputs

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
+from math import isfinite
 
 from kbot.kinematics.controller_files import Parameter
 from kbot.kinematics.drive.declared import DeclaredDrive, Holonomic
@@ -112,6 +113,9 @@ class _Reader:
 
     def _word(self, role: str) -> str:
         given = self._first(role)
+        if given is not None and isinstance(given.value, list):
+            self._warn(given, f"must be a text, not '{given.text}'", "its default")
+            return ""
         return given.text.strip() if given is not None else ""
 
     def _flag(self, role: str) -> bool:
@@ -149,7 +153,7 @@ class _Reader:
             values = given.value if isinstance(given.value, list) else []
             if len(values) == 6 and all(_is_number(value) for value in values):
                 return tuple(float(value) for value in values)
-            self._warn(given, f"must be a list of 6 numbers, not {given.text}", "its default")
+            self._warn(given, f"must be a list of 6 numbers, not '{given.text}'", "its default")
         # Gazebo Classic's drives use the same three for the twist, if they report its variances at all
         if self._program is not None and not any(default):
             return default
@@ -228,4 +232,4 @@ class _Reader:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)

@@ -150,7 +150,11 @@ class _Values:
         self.controller, self.findings = controller, findings
 
     def word(self, default: str, *names: str) -> str:
+        """A text. The default if it is not given, is empty, or is a list (reported as W130)."""
         given = self.controller.first(*names)
+        if given is not None and isinstance(given.value, list):
+            self._warn("W130", given, f"must be a text, not '{given.text}'", f"KBot uses '{default}'")
+            return default
         return (given.text if given is not None else "") or default
 
     def is_false(self, name: str) -> bool:
