@@ -168,6 +168,15 @@ def test_a_wall_holds_the_robot(kbot_robot):
     assert "touched 'left_wall'" in still.message
 
 
+def test_a_wall_is_no_ground_on_which_a_part_drags(kbot_robot):
+    """The robot hits the wall at 1 m/s, and its wheels slip while its body is pressed against the wall."""
+    simulation = driven(kbot_robot, (1.0, 0.0, 4.0), world="corridor", start=PlanarPose(0.0, 0.0, pi / 2))
+    assert simulation.collided
+    now = grip(*simulation.engine.current(), simulation.robots.first, in_turn=False)
+    assert "base_link" not in now.parts
+    assert not any("drags on the ground" in found.message for found in simulation.findings)
+
+
 def test_an_attachment_holds_the_robot(urdf):
     simulation = Simulation(urdf(cart()))
     simulation.models.spawn_thing("box", "crate", x=-0.5, size=(0.3, 0.3, 0.3))

@@ -149,8 +149,8 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
         mujoco.mj_step(model, trial)
         for index, contact in enumerate(trial.contact):
             first, second = contact.geom.tolist()
-            if (first in mine) is (second in mine):
-                continue
+            if (first in mine) is (second in mine) or abs(float(contact.frame[2])) <= _FLAT:
+                continue  # of its own, or with a wall, against which it is pressed
             mujoco.mj_contactForce(model, trial, index, force)
             link = _link_of(model, first if first in mine else second)
             load = float(force[0]) / mass / steps
