@@ -67,6 +67,13 @@ def test_the_entry_is_encoded_as_in_ros(size: int) -> None:
 
 
 @SIZES
+def test_the_length_of_a_name_counts_bytes(size: int) -> None:
+    """A name of other letters than ROS allows must not shift what follows: Humble's nodes would crash."""
+    data = node_message(b"p" * 16, "/röböter/küche_ü", [b"r" * 16], [b"w" * 16], size)
+    assert nodes_in(data, size) == ["/röböter/küche_ü"]
+
+
+@SIZES
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_the_size_of_gids_is_read_from_a_message(size: int, order: str) -> None:
     for names in ((), ("n",), ("rviz2", "a_name_of_21_letters_"), ("ab", "abc", "abcd")):

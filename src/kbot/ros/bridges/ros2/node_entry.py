@@ -41,7 +41,8 @@ def node_message(
 
 def _with_text(body: bytes, text: str) -> bytes:
     body += b"\0" * (-len(body) % 4)
-    return body + struct.pack("<I", len(text) + 1) + text.encode() + b"\0"
+    data = text.encode() + b"\0"
+    return body + struct.pack("<I", len(data)) + data
 
 
 def gid_size(data: bytes) -> int:
