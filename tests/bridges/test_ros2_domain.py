@@ -29,7 +29,7 @@ def interfaces(config: str) -> list[tuple[str, str | None]]:
 @pytest.mark.parametrize(
     ("host", "environment", "expected", "words"),
     [
-        (None, {}, [LOOPBACK], "on this machine only. Nodes that use Cyclone DDS find it with"),
+        (None, {}, [LOOPBACK], "on this machine only. Nodes that use Cyclone DDS find it only"),
         (None, {RANGE: "LOCALHOST"}, [LOOPBACK], "on this machine only"),
         (None, {RANGE: "SUBNET"}, [NETWORK, LOOPBACK], "in the network of this machine"),
         (None, {RANGE: "SUBNET", "ROS_LOCALHOST_ONLY": "1"}, [LOOPBACK], "on this machine only"),

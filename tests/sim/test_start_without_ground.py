@@ -124,6 +124,14 @@ def test_a_start_far_above_or_below_the_ground_is_reported(kbot_robot, height, r
     assert f"starts {reported} the" in found.message
 
 
+def test_a_start_in_a_flat_box_is_reported_at_its_line(tmp_path, kbot_robot):
+    """The contact throws the robot out: the box reaches 50 mm above z = 0, where robots start."""
+    world = sdf(tmp_path, model(f'<collision name="c">{BOX}</collision>', "0 0 0 0 0 0"))
+    found = only(Simulation(kbot_robot, world).diagnostics)
+    assert found.message == "robot 'kbot' starts 0.05 m below the surface of the ground 'slab'"
+    assert found.origin.span.line == line_of(world, "<collision")
+
+
 def test_a_fall_onto_the_ground_is_not_the_robot_s_fault(kbot_robot):
     """A metre takes 0.45 s."""
     low = Body("floor", (Part(Plane(), Transform.from_xyz_rpy((0, 0, -1), (0, 0, 0)), ground=True),))

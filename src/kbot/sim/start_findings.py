@@ -24,8 +24,6 @@ _CARRIES = 0.01
 _DROP = 0.2
 """Metres above the ground from which a start is reported. A robot is placed above the highest terrain within
 0.3 m of it, which on a slope of 30 degrees, the steepest that is drivable, is 0.17 m higher."""
-_SUNK = 0.05
-"""Metres below the ground from which a start is reported. Such a contact throws the robot out."""
 _GROUND = (
     "include a ground: <include><uri>model://ground_plane</uri></include>, or a <collision> with a <plane>"
 )
@@ -134,10 +132,13 @@ def _too_high_or_low(robot: str, surfaces: list[_Surface], lowest: float) -> Dia
         text = (
             f"robot '{robot}' starts {lowest - height:.3g} m above the ground '{body.name}': it falls onto it"
         )
-    elif part.ground and height - lowest > _SUNK and isinstance(part.shape, Plane):
+    elif part.ground and height - lowest > STEP:  # 15 mm throw the KBot robot 0.8 m high
         text = f"robot '{robot}' starts {height - lowest:.3g} m below the surface of the ground '{body.name}'"
     else:
         return None
     origin: Origin | None = part.origin or body.origin
-    hint = "KBot starts robots at z = 0, or on terrain: put the surface of the ground there"
+    hint = (
+        "KBot starts robots at z = 0, or on terrain: put the surface of the ground there, or choose another"
+        " start"
+    )
     return Diagnostic("W115", Severity.WARNING, text, origin, hint)

@@ -466,9 +466,10 @@ def _wrong_multipliers(
             yield None
         elif factor.name not in reported:
             reported.add(factor.name)
+            distances = "its distance is" if factor.name in SIDE_MULTIPLIERS else "distances are"
             message = (
                 f"{controller.name}: {factor.name} is {factor.text}: with it, the wheel radius is "
-                f"{radius * number:.4g} m, but '{wheel.joint.name}' has {wheel.radius:.4g}: distances are "
+                f"{radius * number:.4g} m, but '{wheel.joint.name}' has {wheel.radius:.4g}: {distances} "
                 f"{(number - 1.0) * 100.0:+.0f} % off"
             )
             hint = f"write 1, unless it was measured on the real robot: {size.given.name} is right"

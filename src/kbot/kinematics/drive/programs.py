@@ -284,7 +284,7 @@ def setting_findings(robot: RobotModel) -> Iterator[Diagnostic]:
             if _is_mirrored(found, given.get(setting.name.replace("min_", "max_"))):
                 continue  # KBot applies the limit of one direction to both
             tag = f"<{setting.name}>" if is_plugin else setting.name
-            message = f"{name}: KBot ignores {tag}: {setting.effect}"
+            message = f"{name}: KBot ignores {tag} ({setting.effect})"
             yield Diagnostic("W149", Severity.INFO, message, found.key)
 
 

@@ -223,7 +223,7 @@ class _Reader:
             "W150",
             f"{self._controller.name} does not publish {what}: {' and '.join(off)} {verb} false by default",
             self._controller.origin,
-            f"write {' and '.join(given)}, unless another node publishes it",
+            f"write {' and '.join(given)}, unless another node does",
         )
 
     def _warn(self, given: Parameter, what: str, instead: str) -> None:

@@ -26,8 +26,8 @@ _COMPATIBILITY = "<Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformat
 """Cyclone rejects most type objects of Fast DDS 3 (vendor 1.15, in ROS 2 Kilted) as invalid, and then does
 not match their topics. With this, it compares the names of types. It needs cyclonedds 11.0.1."""
 CYCLONE_HINT = (
-    f"Nodes that use Cyclone DDS find it with {RANGE}=LOCALHOST (Humble: {LOCALHOST_ONLY}=1), "
-    "or if you start KBot with --bridge-host ADDRESS"
+    f"Nodes that use Cyclone DDS find it only if you start them with {RANGE}=LOCALHOST "
+    f"(Humble: {LOCALHOST_ONLY}=1), or KBot with --bridge-host ADDRESS"
 )
 
 
