@@ -67,6 +67,12 @@ def test_markdown_escapes_what_a_description_contains() -> None:
     assert "```diff\n+ <gap>`1`</gap>\n```" in text
 
 
+def test_a_value_that_a_run_does_not_show_is_a_dash() -> None:
+    appears = Difference("straight", "slip", "", math.nan, 0.5, 0.001)
+    row = to_text(Comparison("a", "b", (appears,))).splitlines()[3]
+    assert row.split() == ["straight", "slip", "-", "0.5", "-"]
+
+
 def test_edits_that_act_together_are_named_as_such() -> None:
     together = Cause((Change((WHEEL,)), Change((GAP,))), {LEFT.key: LEFT})
     comparison = Comparison("a", "b", (LEFT,), (together,))

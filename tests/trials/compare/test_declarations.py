@@ -122,7 +122,12 @@ CHANGES: dict[str, tuple[str, str, set[Row]]] = {
     "odometry's frame": (
         "<odometryFrame>odom<", "<odometryFrame>map<",
         {("topic /odom", "frame", "odom", "map"),
-         ("topic /tf", "frames", "base_link in odom", "base_link in map")},
+         ("odometry on /tf", "frames", "base_link in odom", "base_link in map")},
+    ),
+    # robot_state_publisher publishes on /tf in both
+    "odometry's transform": (
+        "<odometryFrame>", "<publishOdomTF>false</publishOdomTF><odometryFrame>",
+        {("odometry on /tf", "exists", "yes", "no")},
     ),
     "command's topic": (
         "<commandTopic>cmd_vel<", "<commandTopic>drive<",

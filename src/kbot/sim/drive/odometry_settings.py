@@ -217,13 +217,14 @@ class _Reader:
             return
         is_plugin = self._controller.plugin is not None
         given = [f"<{name}>true</{name}>" if is_plugin else f"{name}: true" for name in off]
-        what = " or ".join(text for texts in off.values() for text in texts)
+        parts = [text for texts in off.values() for text in texts]
+        what, other = " or ".join(parts), "it" if len(parts) == 1 else "them"
         verb = "is" if len(off) == 1 else "are"
         self._findings.info(
             "W150",
             f"{self._controller.name} does not publish {what}: {' and '.join(off)} {verb} false by default",
             self._controller.origin,
-            f"write {' and '.join(given)}, unless another node does",
+            f"write {' and '.join(given)}, unless another node publishes {other}",
         )
 
     def _warn(self, given: Parameter, what: str, instead: str) -> None:

@@ -177,11 +177,14 @@ def _rows(significant: Sequence[Difference]) -> list[Difference]:
 
 def _row(difference: Difference) -> tuple[str, ...]:
     unit = f" {difference.unit}" if difference.unit else ""
-    before, after = f"{difference.before:.4g}{unit}", f"{difference.after:.4g}{unit}"
+    before, after = (
+        "-" if math.isnan(value) else f"{value:.4g}{unit}" for value in (difference.before, difference.after)
+    )
     change = difference.after - difference.before
     has_share = abs(difference.before) > difference.threshold
     share = f" ({100.0 * change / abs(difference.before):+.1f} %)" if has_share else ""
-    return difference.scenario, difference.measure, before, after, f"{change:+.3g}{unit}{share}"
+    shown = "-" if math.isnan(change) else f"{change:+.3g}{unit}{share}"
+    return difference.scenario, difference.measure, before, after, shown
 
 
 def _declared_row(difference: DeclaredDifference) -> tuple[str, ...]:

@@ -7,13 +7,14 @@ them is a change for the programs that use the robot, also if it drives as befor
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.transform import Transform
+from kbot.messages import TFMessage
 from kbot.model import RobotModel
 from kbot.model.extensions import extensions
 from kbot.sensors.declared import declared_sensors
@@ -131,8 +132,8 @@ def of_topic(kind: type | str, message: Any = None) -> dict[str, Setting]:  # no
         found["frame"] = str(header.frame_id)
     if hasattr(message, "child_frame_id") and hasattr(message, "twist"):
         found["child_frame"] = str(message.child_frame_id)
-        found["pose covariance"] = _listed(message.pose.covariance)
-        found["twist covariance"] = _listed(message.twist.covariance)
+        found["pose covariance"] = _of_covariance(message.pose.covariance)
+        found["twist covariance"] = _of_covariance(message.twist.covariance)
     return found
 
 
@@ -211,8 +212,12 @@ def _plain(value: object) -> Setting:
     return ", ".join(map(str, value)) if isinstance(value, tuple) else str(value or "")
 
 
-def _listed(values: Iterable[float]) -> str:
-    return " ".join(f"{value:g}" for value in values)
+def _of_covariance(values: Sequence[float]) -> str:
+    """The diagonal of a covariance matrix of 6 x 6, or all its numbers if others are not 0."""
+    diagonal = values[::7]
+    is_diagonal = sum(map(bool, values)) == sum(map(bool, diagonal))
+    text = " ".join(f"{value:g}" for value in (diagonal if is_diagonal else values))
+    return f"diagonal {text}" if is_diagonal else text
 
 
 def _topics(robot: RobotModel) -> Iterator[tuple[str, Settings]]:
@@ -225,8 +230,10 @@ def _topics(robot: RobotModel) -> Iterator[tuple[str, Settings]]:
     simulation.run(2.0 * CONTROL_PERIOD)  # each is published once in a period
     for topic, kind in topics.items():
         direction = "subscribed" if topic in bus.inputs else "published"
+        # the transforms of links are parts of their own, and are on /tf without this one
+        part = f"odometry on {topic}" if kind is TFMessage else f"topic {topic}"
         yield (
-            f"topic {topic}",
+            part,
             {
                 **of_topic(kind, last.get(topic)),
                 "direction": direction,
