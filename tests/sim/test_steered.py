@@ -577,7 +577,7 @@ def test_a_curve_that_the_steering_limits_do_not_allow_is_reported(urdf, linear)
     [finding] = sim.findings
     assert finding.code == "W307"
     radius = BASE / tan(1.2)
-    assert f"its steering limits allow no curve of less than {radius:.3g} m radius" in finding.message
+    assert f"its steering limits allow no curve with a radius below {radius:.3g} m" in finding.message
     assert 'lower="-1.2"' in finding.origin.span.text
 
 
@@ -590,7 +590,7 @@ def test_a_steering_limit_is_reported_beside_an_error_of_odometry(urdf, tmp_path
     off, missed = sorted(sim.findings, key=lambda finding: finding.code)
     assert (off.code, missed.code) == ("W301", "W307")
     assert "commanded" not in off.message
-    assert "its steering limits allow no curve of less than" in missed.message
+    assert "its steering limits allow no curve with a radius below" in missed.message
 
 
 @pytest.mark.parametrize("name", ["tricycle", "front driven"])

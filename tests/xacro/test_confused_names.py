@@ -53,7 +53,7 @@ def official_value(text: str) -> str:
 
 IS_ARGUMENT = "'{}' is an argument, not a property"
 IS_PROPERTY = "'{}' is a property, not an argument"
-UNQUOTED = "the text '{}' of $(arg {}) has no quotes, so that it is read as an expression"
+UNQUOTED = "the text '{}' of $(arg {}) has no quotes, so it is read as an expression"
 
 CONFUSED = [
     # an argument used as a property

@@ -144,7 +144,7 @@ class LimitCauses:
             module = min(drive.modules, key=lambda module: min(module.curvatures[1], -module.curvatures[0]))
             joint = self._model.joints[module.steering or module.rolls]
             origin = joint.origin if joint.limit is None else joint.limit.origin
-        text = f"its steering limits allow no curve of less than {1.0 / sharpest:.3g} m radius"
+        text = f"its steering limits allow no curve with a radius below {1.0 / sharpest:.3g} m"
         return Cause(text, origin, "command a wider curve, or raise the limit", is_limit=True)
 
     # the motors

@@ -311,7 +311,7 @@ class MotionCauses:
         """The slip of several axles, with which the wheels turn by `factor` times the turn of the base."""
         why = f"a turn drags the wheels of {len(self._drive.left)} axles across the ground"
         if factor == 1.0:
-            text = f"{why}, so that the robot does not turn about their middle"
+            text = f"{why}, so the robot does not turn about their middle"
             return Cause(text, None, "use another source of the position, such as a lidar", is_fault=False)
         if factor < 1.0:
             why = f"they slip less than its wheel separation of {self._settings.separation:.4g} m assumes"

@@ -89,7 +89,7 @@ def _unquoted(fault: XacroError, piece: Piece, value: str, quote: str) -> XacroE
         hint = fault.hint if fault.near else "give it a number or the name of a property"
         return XacroError(fault.code, f"{fault.message}, which is the value of {inserted}", hint)
     hint = f"quote it: {quote}{inserted}{quote}" if quote not in value else ""
-    return XacroError(fault.code, f"{what}, so that it is read as an expression", hint)
+    return XacroError(fault.code, f"{what}, so it is read as an expression", hint)
 
 
 def _quote(content: str) -> str:
