@@ -83,6 +83,12 @@ def test_error_for_an_invalid_domain(running: Running, monkeypatch: pytest.Monke
         Ros2Bridge(running.link)
 
 
+def test_error_for_an_address_of_another_machine(running: Running) -> None:
+    """192.0.2.1 is for documentation (RFC 5737)."""
+    with pytest.raises(KbotError, match=r"Is 192\.0\.2\.1 an address of this machine\?"):
+        Ros2Bridge(running.link, "192.0.2.1", domain=229)
+
+
 def test_error_without_the_extra_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [name for name in sys.modules if name.startswith(("cyclonedds", "kbot.ros.bridges.ros2"))]:
         monkeypatch.delitem(sys.modules, name)

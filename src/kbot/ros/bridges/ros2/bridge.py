@@ -78,7 +78,8 @@ class Ros2Bridge:
                 self.domain, qos=Qos(Policy.Userdata(data=b"enclave=/;"))
             )
         except DDSException as error:
-            raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}") from None
+            hint = f". Is {host} an address of this machine?" if host is not None else ""
+            raise KbotError(f"ROS 2 cannot be served in domain {self.domain}: {error.msg}{hint}") from None
         self._published: dict[str, _PublishedTopic] = {}
         self._batch = Batch(self._write)
         self._readers: dict[Dds, tuple[str, type]] = {}
