@@ -45,7 +45,7 @@ class MotionFindings:
         robot: SimulatedRobot,
         off_ground: Diagnostic | None,
     ) -> None:
-        """`off_ground` is the finding about a start without ground below it."""
+        """`off_ground` is the finding about a start without ground below it, or in the ground."""
         self._off_ground = off_ground
         self._watch, self._engine, self._robot = watch, engine, robot
         self._causes = MotionCauses(engine, robot)
@@ -223,8 +223,15 @@ class MotionFindings:
             return None
         if self._sunk is None:
             model, data = self._engine.current()
-            self._sunk = self._below_world(model, data) or self._below_floor(model, data)
+            self._sunk = self._below_world(model, data)
+            if self._sunk is None and self._start is None:
+                self._sunk = self._below_floor(model, data)
         return self._sunk
+
+    @property
+    def _start(self) -> Diagnostic | None:
+        """The finding about a start without ground, or in it, if the robot was not placed since."""
+        return self._off_ground if self._watch.begun == 0.0 else None
 
     def _below_world(self, model: mujoco.MjModel, data: mujoco.MjData) -> Diagnostic | None:
         """W304 of a robot that fell through the floor, or off its edge."""
@@ -234,8 +241,7 @@ class MotionFindings:
         if height > fixed.min(initial=0.0) - _BELOW_WORLD:
             return None
         self._lost_since = self._engine.time if watch.flight is None else watch.flight
-        off_ground = self._off_ground if watch.begun == 0.0 else None
-        cause = self._causes.of_loss(self._lost_since if watch.has_touched else None, off_ground)
+        cause = self._causes.of_loss(self._lost_since if watch.has_touched else None, self._start)
         what = f"at {self._engine.time:.1f} s the robot is at z = {height:.1f} m and falls"
         return _finding("W304", what, cause)
 

@@ -1,4 +1,4 @@
-"""Findings about the place where a robot starts: inside an object, or without ground below it."""
+"""Findings about where a robot starts: inside an object, in the ground, or without ground below it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.placing import bottom
 from kbot.sim.preparation import Prepared
-from kbot.text import Diagnostic, Origin, Related, Severity
+from kbot.text import Diagnostic, Related, Severity
 from kbot.world import World
 from kbot.world.footprints import footprint
 from kbot.world.ground import STEP, middle_of_ground, surfaces_at
@@ -24,6 +24,9 @@ _CARRIES = 0.01
 _DROP = 0.2
 """Metres above the ground from which a start is reported. A robot is placed above the highest terrain within
 0.3 m of it, which on a slope of 30 degrees, the steepest that is drivable, is 0.17 m higher."""
+_AT_ZERO = (
+    "KBot starts robots at z = 0, or on terrain: put the surface of the ground there, or choose another start"
+)
 _GROUND = (
     "include a ground: <include><uri>model://ground_plane</uri></include>, or a <collision> with a <plane>"
 )
@@ -43,7 +46,7 @@ def starts_inside(
 
 
 def without_ground(world: World, robot: str, prepared: Prepared, assembly: Assembly) -> Diagnostic | None:
-    """W115 of a robot whose wheels and casters have no ground below them at the start.
+    """W115 of a robot whose wheels and casters start in the ground, or have none below them.
 
     As in Gazebo, the plane of a <collision> is infinite, and a <visual> carries nothing (sdformat,
     plane_shape.sdf and link.sdf).
@@ -62,9 +65,12 @@ def without_ground(world: World, robot: str, prepared: Prepared, assembly: Assem
         return None  # W304: no link has a <collision>
     lowest = min(bottoms.values())
     points = [data.geom_xpos[geom, :2].tolist() for geom, z in bottoms.items() if z < lowest + _CARRIES]
+    sunk = [found for x, y in points for found in _around(world, x, y, lowest)]
+    if sunk:
+        return _in_ground(robot, max(sunk, key=_height), lowest)
     below = [_below(world, x, y, lowest) for x, y in points]
     if all(below):
-        return _too_high_or_low(robot, [_nearest(found, lowest) for found in below], lowest)
+        return _too_high(robot, [_nearest(found, lowest) for found in below], lowest)
     x, y, _ = prepared.plan.pose.translation.tolist()
     where = f"robot '{robot}' starts at {x:.4g}, {y:.4g}"
     middles = sorted(middle_of_ground(world, lowest + STEP), key=lambda at: hypot(at[1] - x, at[2] - y))
@@ -123,22 +129,31 @@ def _height(surface: _Surface) -> float:
     return surface[2]
 
 
-def _too_high_or_low(robot: str, surfaces: list[_Surface], lowest: float) -> Diagnostic | None:
-    """W115 of a start far above the ground, or in it. Only the surfaces of these shapes are known exactly."""
+def _around(world: World, x: float, y: float, height: float) -> list[_Surface]:
+    """The surfaces of ground that has the point inside it, deeper than a wheel can drive onto."""
+    return [
+        each
+        for each in surfaces_at(world, x, y, within=0.0)
+        if each[1].ground
+        and isinstance(each[1].shape, Plane | Box)
+        and each[2] - height > STEP
+        and _reaches(each, height + STEP)
+    ]
+
+
+def _in_ground(robot: str, surface: _Surface, lowest: float) -> Diagnostic:
+    """W115 of a start in the ground. 15 mm throw the KBot robot 0.8 m high."""
+    body, part, height = surface
+    text = f"robot '{robot}' starts {height - lowest:.3g} m below the surface of the ground '{body.name}'"
+    return Diagnostic("W115", Severity.WARNING, text, part.origin or body.origin, _AT_ZERO)
+
+
+def _too_high(robot: str, surfaces: list[_Surface], lowest: float) -> Diagnostic | None:
+    """W115 of a start far above the ground. Only the surfaces of these shapes are known exactly."""
     if not all(isinstance(part.shape, Plane | Box | HeightField) for _, part, _ in surfaces):
         return None
     body, part, height = max(surfaces, key=_height)
-    if lowest - height > _DROP:
-        text = (
-            f"robot '{robot}' starts {lowest - height:.3g} m above the ground '{body.name}': it falls onto it"
-        )
-    elif part.ground and height - lowest > STEP:  # 15 mm throw the KBot robot 0.8 m high
-        text = f"robot '{robot}' starts {height - lowest:.3g} m below the surface of the ground '{body.name}'"
-    else:
+    if lowest - height <= _DROP:
         return None
-    origin: Origin | None = part.origin or body.origin
-    hint = (
-        "KBot starts robots at z = 0, or on terrain: put the surface of the ground there, or choose another"
-        " start"
-    )
-    return Diagnostic("W115", Severity.WARNING, text, origin, hint)
+    text = f"robot '{robot}' starts {lowest - height:.3g} m above the ground '{body.name}': it falls onto it"
+    return Diagnostic("W115", Severity.WARNING, text, part.origin or body.origin, _AT_ZERO)

@@ -82,14 +82,14 @@ def impassable(heights: Heights, resolution: float) -> NDArray[np.bool_]:
 
 
 def surfaces_at(
-    world: World, x: float, y: float, *, solid: bool = True
+    world: World, x: float, y: float, *, solid: bool = True, within: float = _GAP
 ) -> Iterator[tuple[Body, Part, float]]:
-    """The parts at a point, within `_GAP`, each with its body and the height in m of its upper surface.
+    """The parts at most `within` m from a point, each with its body and the height in m of its upper surface.
 
     Without `solid`, these are the parts that are only drawn. Walls that are planes are left out.
     """
-    around_x = x + np.array([[-_GAP, 0.0, _GAP]])
-    around_y = y + np.array([[-_GAP], [0.0], [_GAP]])
+    around_x = x + np.array([[-within, 0.0, within]])
+    around_y = y + np.array([[-within], [0.0], [within]])
     for body in world.bodies:
         for part in body.parts:
             pose = body.pose @ part.pose
