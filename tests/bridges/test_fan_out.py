@@ -46,7 +46,7 @@ def test_a_message_that_cannot_be_encoded_is_reported(running: Running) -> None:
     later(lambda: fan_out.subscribe("/talk", encode))
     wait_for(_flush_loop())
     running.simulation.run(0.1)
-    talk.publish(msg.String(5))  # type: ignore[arg-type] - a user's program may do so
+    talk.publish(msg.String("\ud800"))  # invalid Unicode, which no encoding has
     talk.publish(msg.String("hi"))
     running.simulation.run(0.1)
     wait_until(lambda: encoded)
