@@ -67,7 +67,7 @@ def test_the_true_pose_is_shown_beside_odometry(driving: tuple[str, Session], op
 def test_the_heading_is_shown_within_half_a_turn(driving: tuple[str, Session], open_page: OpenPage) -> None:
     page = open_page(driving[0])
     page.keyboard.down("ArrowLeft")
-    until(lambda: state_of(driving[1]).odometry[2] > 3.6)
+    until(lambda: state_of(driving[1]).odometry[2] < -2.0)  # after half a turn to the left
     page.keyboard.up("ArrowLeft")
     until(lambda: standing(page))
     yaw = np.degrees(state_of(driving[1]).odometry[2])
