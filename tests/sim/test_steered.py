@@ -647,6 +647,25 @@ def test_skid_steer_drives_straight_and_turns_slower_than_its_wheels_indicate(ur
     assert 0.2 < turned / (sim.odometry.unwrapped_yaw - pose.yaw) < 0.98
 
 
+@pytest.mark.parametrize("source", ["0", "1"])
+def test_slip_is_the_cause_also_if_odometry_is_the_true_pose(urdf, source):
+    """True odometry does not show that the wheels turn as commanded, and that the base turns half as far."""
+    wheels = "".join(
+        wheel(f"{side}_{i}", "base_link", x, y) for i, x in enumerate((0.2, -0.2))
+        for side, y in (("left", 0.2), ("right", -0.2))
+    )  # fmt: skip
+    names = "".join(
+        f"<{side}_joint>{side}_{i}_joint</{side}_joint>" for side in ("left", "right") for i in (0, 1)
+    )
+    settings = f"{names}<num_wheel_pairs>2</num_wheel_pairs><odometry_source>{source}</odometry_source>"
+    plugin = f'<plugin filename="libgazebo_ros_diff_drive.so" name="diff">{settings}</plugin>'
+    sim = Simulation(urdf(body(wheels, f"<gazebo>{plugin}</gazebo>", x=0.0)))
+    sim.cmd_vel(0.0, 0.5)
+    sim.run(5.0)
+    [finding] = sim.findings
+    assert "a turn drags the wheels of 2 axles across the ground" in finding.message
+
+
 @pytest.mark.parametrize("separation", [0.8, 1.2])
 def test_a_wheel_separation_that_assumes_too_much_slip_is_the_cause(urdf, separation):
     """The wheels, 0.5 m apart, turn for 0.8 / 0.5 or 1.2 / 0.5 of the command, and the robot turns less than

@@ -29,7 +29,7 @@ class Miss:
     seconds   how long it was the same
     is_turn   whether it is the angle that differs, and not the distance
     share     of the commanded distance or angle that the robot covered
-    odometry  the same by odometry
+    odometry  the same by odometry of the wheels, whatever odometry the robot publishes
     rolled    the same by wheels with their true sizes, sides and axes that do not slip
     """
 

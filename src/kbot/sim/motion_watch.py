@@ -241,6 +241,7 @@ class MotionWatch:
         self._last = self._axle_of(robot.body.root_place) if robot.body.root_qpos >= 0 else None
         self._heading = robot.body.heading
         self._rolling = TrueRolling(robot)
+        self._wheel_motion = robot.wheels.wheel_motion() if robot.wheels is not None else lambda: STILL
         self._odometry = self._true = self._rolled = robot.wheels.axle if robot.wheels is not None else STILL
         if robot.wheels is not None:
             self._command.start(self._begun, robot.wheels.wanted)
@@ -322,13 +323,10 @@ class MotionWatch:
         wheels = robot.wheels
         if wheels is None:
             return
-        moved, odometry = (
-            _motion(before, now, self._heading - heading),
-            _planar_motion(self._odometry, wheels.axle),
-        )
-        rolled = self._rolling.motion(odometry)
+        moved, turned_wheels = _motion(before, now, self._heading - heading), self._wheel_motion()
+        rolled = self._rolling.motion(turned_wheels)
         self._rolled = composed(self._rolled, PlanarPose(*rolled))
-        self._command.add(time, *map(self._in_base, (moved, odometry, rolled)))
+        self._command.add(time, *map(self._in_base, (moved, turned_wheels, rolled)))
         if time < self._begun + SETTLING:
             self._odometry = self._true = self._rolled = wheels.axle
             self._start_window(time)
@@ -504,12 +502,6 @@ def _motion(before: Place, now: Place, spun: float) -> Twist:
     turn = 2.0 * atan2(up, real)
     turn += 2.0 * pi * round((spun - turn) / (2.0 * pi))  # a fast robot makes several turns
     return forward, left, turn
-
-
-def _planar_motion(before: Twist, now: Twist) -> Twist:
-    """As `_motion`, between two poses x, y, yaw."""
-    dx, dy, c, s = now[0] - before[0], now[1] - before[1], cos(before[2]), sin(before[2])
-    return c * dx + s * dy, c * dy - s * dx, now[2] - before[2]
 
 
 def _axle_of(base_from_root: Transform, drive: object) -> Callable[[Place], Place]:

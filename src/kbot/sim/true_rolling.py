@@ -1,4 +1,4 @@
-"""Computes how wheels with their true sizes, sides and axes roll, from the odometry of a controller."""
+"""Computes how wheels with their true sizes, sides and axes roll, from a controller's odometry of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kbot.sim.robot import SimulatedRobot
 
 
 class TrueRolling:
-    """Converts motions by odometry to those of wheels that roll without slip.
+    """Converts motions by odometry of the wheels to those of wheels that roll without slip.
 
     The difference between the two is the part of an odometry error that wrong sizes, exchanged sides and
     reversed axes explain. What is left is slip.

@@ -49,6 +49,12 @@ def composed(pose: UnwrappedPose, offset: PlanarPose) -> UnwrappedPose:
     return x + c * offset.x - s * offset.y, y + s * offset.x + c * offset.y, yaw + offset.yaw
 
 
+def motion_between(before: UnwrappedPose, now: UnwrappedPose) -> tuple[float, float, float]:
+    """The motion in m, m and rad from one pose to another, in the frame of the first."""
+    dx, dy, c, s = now[0] - before[0], now[1] - before[1], cos(before[2]), sin(before[2])
+    return c * dx + s * dy, c * dy - s * dx, now[2] - before[2]
+
+
 class WheelOdometry:
     """Computes the pose of the axle from wheel angles, by exact arcs.
 

@@ -24,6 +24,7 @@ from kbot.sim.wheel_odometry import (
     TrueOdometry,
     UnwrappedPose,
     WheelOdometry,
+    motion_between,
 )
 from kbot.text import DiagnosticCollector
 
@@ -88,6 +89,9 @@ class DriveController:
             return TrueOdometry(truth, self._believed)
         if source is Source.COMMANDS:
             return CommandOdometry(lambda: self.twist, CONTROL_PERIOD, self._believed)
+        return self._wheel_odometry()
+
+    def _wheel_odometry(self) -> WheelOdometry | PlanarOdometry:
         if isinstance(self._believed, SteeredDrive | HolonomicDrive):
             return PlanarOdometry(self._believed)
         return WheelOdometry(self._believed)
@@ -164,6 +168,19 @@ class DriveController:
         """The base's pose in the odometry frame and its twist in its own frame, computed from the wheels."""
         servos = self._servos
         return Motion.of(self._odometry.base(*servos.angles()), self._odometry.twist(*servos.speeds()))
+
+    def wheel_motion(self) -> Callable[[], Twist]:
+        """A function that returns the axle's motion since its last call in m, m and rad, by the wheels,
+        whatever the odometry that the robot publishes is computed from."""
+        odometry = self._wheel_odometry()
+        odometry.reset(*self._servos.angles())
+
+        def moved() -> Twist:
+            before = odometry.axle
+            odometry.update(*self._servos.angles())
+            return motion_between(before, odometry.axle)
+
+        return moved
 
     @property
     def has_true_odometry(self) -> bool:
