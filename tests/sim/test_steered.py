@@ -268,7 +268,8 @@ def test_wheels_that_all_steer_drive_every_twist(urdf, text, command):
         angle = atan2(left, ahead) - sim.joint_positions[module.steering]
         slip = hypot(ahead, left) * sin(angle) + yaw * module.trail
         assert slip == pytest.approx(0.0, abs=0.005)
-    # while a wheel with a trail steers, its contact slides by up to trail x angle
+    # The contact of a wheel with a trail slides by up to trail x angle while it steers: 0.019 rad in a turn
+    # of 3.9 rad.
     assert_odometry_is_true(sim, within=0.015 if text is SWERVE else 0.02)
 
 

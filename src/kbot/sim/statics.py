@@ -150,7 +150,7 @@ def grip(model: mujoco.MjModel, data: mujoco.MjData, robot: SimulatedRobot, *, i
         for index, contact in enumerate(trial.contact):
             first, second = contact.geom.tolist()
             if (first in mine) is (second in mine) or abs(float(contact.frame[2])) <= _FLAT:
-                continue  # of its own, or with a wall, against which it is pressed
+                continue  # a contact between two of its own parts, or with a wall
             mujoco.mj_contactForce(model, trial, index, force)
             link = _link_of(model, first if first in mine else second)
             load = float(force[0]) / mass / steps
