@@ -202,7 +202,7 @@ def _run_commands(result: Result, scratch: Path) -> None:
     if (report := _json(straight)) is not None:
         result.distance = report["pose"]["x"] / (SPEED * SECONDS)
     if (report := _json(turned)) is not None:
-        result.angle = report["pose"]["yaw"] / (rate * SECONDS)
+        result.angle = report["turned_rad"] / (rate * SECONDS)
     if not result.drives or not result.turns:
         reason = _reason(turned if result.drives else straight)
         result.reason = shortened(without_folder(reason, scratch))

@@ -1,6 +1,7 @@
 """Tests `kbot sim --headless`: what it prints and how it ends."""
 
 import json
+import math
 import re
 import threading
 
@@ -31,13 +32,21 @@ def report_of(capsys, *words):
 
 def test_the_report_has_the_documented_keys(capsys):
     report = report_of(capsys, "kbot", "--duration", "2", "--cmd-vel", "0.2,0")
-    promised = "pose odometry distance_m steps simulated_s wall_s real_time_factor state_sha256 findings"
-    assert set(report) == set(promised.split())
+    promised = "pose odometry distance_m turned_rad steps simulated_s wall_s real_time_factor state_sha256"
+    assert set(report) == {*promised.split(), "findings"}
     assert set(report["pose"]) == set(report["odometry"]) == {"x", "y", "yaw"}
     assert report["steps"] == 1000
     assert report["simulated_s"] == 2.0
     assert report["pose"]["x"] == pytest.approx(report["odometry"]["x"], abs=1e-5)
     assert report["distance_m"] == pytest.approx(report["pose"]["x"], abs=1e-6)
+
+
+def test_the_turn_counts_full_turns(capsys):
+    words = ("kbot", "--pose", "0,0,1", "--duration", "5", "--cmd-vel", "0,-2")
+    report = report_of(capsys, *words)
+    rest = (report["pose"]["yaw"] - 1.0 - report["turned_rad"]) / (2.0 * math.pi)
+    assert rest == pytest.approx(round(rest), abs=1e-9)
+    assert report["turned_rad"] == pytest.approx(-10.0, abs=0.5)  # commanded, less the start
 
 
 def test_equal_runs_have_equal_digests_and_others_do_not(capsys):
@@ -50,7 +59,7 @@ def test_equal_runs_have_equal_digests_and_others_do_not(capsys):
 def test_values_that_round_to_zero_have_no_sign():
     odometry = PlanarPose(-1e-9, 1e-9, -1e-9)
     report = RunReport(
-        PlanarPose(-1e-9, -0.1, 0.0), odometry, 0.0, 0, 0.0, 0.0, "", PlanarPose(0.0, 0.0, 0.0)
+        PlanarPose(-1e-9, -0.1, 0.0), odometry, 0.0, 0.0, 0, 0.0, 0.0, "", PlanarPose(0.0, 0.0, 0.0)
     )
     assert "-0.0000" not in report.to_text()
     assert "-0.000 deg" not in report.to_text()

@@ -20,12 +20,14 @@ class RunReport:
     """The final state of a run.
 
     `pose` is in the world, `odometry` is relative to `start`, and `distance` is the base's true path length
-    in m. `findings` are those of the run.
+    in m. `turned` is its turn to the left since `start` in rad, with full turns. `findings` are those of the
+    run.
     """
 
     pose: PlanarPose
     odometry: PlanarPose
     distance: float
+    turned: float
     steps: int
     simulated: float
     wall: float
@@ -43,6 +45,7 @@ class RunReport:
             "pose": _planar(self.pose),
             "odometry": _planar(self.odometry),
             "distance_m": self.distance,
+            "turned_rad": self.turned,
             "steps": self.steps,
             "simulated_s": self.simulated,
             "wall_s": round(self.wall, 6),
@@ -94,15 +97,17 @@ class Odometer:
 
 def make_report(simulation: Simulation, distance: float, wall: float) -> RunReport:
     """The report of the current state, after `wall` seconds of wall-clock time."""
+    truth, start = simulation.ground_truth, simulation.start
     return RunReport(
-        simulation.ground_truth.pose,
+        truth.pose,
         simulation.odometry.pose,
         distance,
+        truth.unwrapped_yaw - start.yaw,
         simulation.steps,
         simulation.time,
         wall,
         simulation.state_sha256(),
-        simulation.start,
+        start,
         simulation.findings,
     )
 
