@@ -269,7 +269,10 @@ class Navigator:
         # braking give the same stopping distance, with a braking that the robot can reach
         gentle = replace(limits, linear=limits.linear / 2.0, braking=limits.braking / 4.0)
         is_straight = path.yaws is None and len(path.points) == 2
-        return GoToPose(run.goal @ run.guided, gentle) if is_straight else make(path, gentle)
+        if not is_straight:
+            return make(path, gentle)
+        # well inside the tolerance, because the turn that follows may move the robot out of it again
+        return GoToPose(run.goal @ run.guided, replace(gentle, distance=limits.distance / 2.0))
 
     def _recover(self, run: _Run, observation: Observation) -> Twist:
         """Back up and plan again around what the lidar detects; after `attempts` times the robot is stuck."""
