@@ -14,12 +14,11 @@ import pytest
 from click.testing import CliRunner, Result
 
 import kbot.cli.check
-from kbot.checks import folder_files
 from kbot.checks.fixes import fixed
 from kbot.checks.folder_files import entry_points
 from kbot.cli.check import command as check
 from kbot.cli.rule import command as rule
-from kbot.text import KbotError
+from kbot.text import KbotError, folders
 
 FIXTURES = Path(__file__).parents[1] / "checks" / "fixtures"
 SCHEMAS = Path(__file__).parents[1] / "checks" / "schemas"
@@ -391,7 +390,7 @@ def test_a_folder_search_leaves_out_file_systems_of_the_kernel_and_links(
     (root / "link").symlink_to(tmp_path / "elsewhere")
     searched: list[str] = []
     assert len(entry_points(str(root))) == 2  # a folder that is only named like one is searched
-    monkeypatch.setattr(folder_files, "_VIRTUAL", frozenset({str((root / "proc").resolve())}))
+    monkeypatch.setattr(folders, "_VIRTUAL", frozenset({str((root / "proc").resolve())}))
     assert entry_points(str(root), searched.append) == [str(root / "robots" / "r.urdf")]
     assert f"looking for files in {root / 'robots'}" in searched
     assert f"reading {root / 'robots' / 'r.urdf'}" in searched

@@ -133,7 +133,7 @@ def _in_revision(repository: Repository, revision: str, path: str, paths: Sequen
     path, or if it begins with `./`, it is relative to the working directory."""
     written = path.replace("\\", "/") if os.name == "nt" else path
     here = repository.prefix
-    folders = {""} | {parent for name in paths for parent in _parents(name)}
+    folders = _folders(paths)
     candidates = [written] if written and not written.startswith(("./", "../")) else []
     for candidate in (*candidates, f"{here}{written}"):
         name = os.path.normpath(candidate or ".").replace(os.sep, "/")
@@ -148,10 +148,15 @@ def _in_revision(repository: Repository, revision: str, path: str, paths: Sequen
     raise KbotError(f"{where} does not exist in the revision {revision}" + (f": {hint}" if hint else ""))
 
 
-def _parents(name: str) -> Iterator[str]:
-    while "/" in name:
-        name = name.rpartition("/")[0]
-        yield name
+def _folders(paths: Sequence[str]) -> set[str]:
+    """The folders that contain files."""
+    folders = {""}
+    for path in paths:
+        folder = path.rpartition("/")[0]
+        while folder not in folders:  # else those around it are known too
+            folders.add(folder)
+            folder = folder.rpartition("/")[0]
+    return folders
 
 
 def _relative(path: str, tree: str) -> str:
