@@ -18,7 +18,7 @@ from kbot.cli.arguments import (
     package_path_option,
     split_arguments,
 )
-from kbot.cli.output import print_json
+from kbot.cli.output import print_json, unwritten_reported
 from kbot.cli.progress import busy
 from kbot.text.errors import KbotError
 from kbot.text.files import write_bytes, write_text
@@ -100,7 +100,8 @@ def command(
 
     with ExitStack() as stack:
         try:
-            comparison, pair = _compare(words, scenarios, batteries, jobs, package_path, stack)
+            with unwritten_reported(markdown, film):
+                comparison, pair = _compare(words, scenarios, batteries, jobs, package_path, stack)
             if pair is None and (film is not None or show):
                 raise KbotError("--film and --show need robots. To see a recording, use kbot view FILE")
         except (Exception, KeyboardInterrupt):

@@ -21,7 +21,7 @@ from kbot.cli.arguments import (
     json_option,
     package_path_option,
 )
-from kbot.cli.output import fail, print_json, print_note
+from kbot.cli.output import fail, print_json, print_note, report_unwritten, unwritten_reported
 from kbot.cli.progress import busy, counting
 from kbot.text.outputs import require_different, require_place, require_report_place
 
@@ -181,7 +181,8 @@ def command(
     """
     with ExitStack() as opened:
         try:
-            ran = _run(words, options, execution, outputs, opened)
+            with unwritten_reported(outputs.html, outputs.write):
+                ran = _run(words, options, execution, outputs, opened)
             text = ran.results.to_json() if as_json else ran.summary()
         except (Exception, KeyboardInterrupt):  # Ctrl-C before the first run
             if as_json:
@@ -196,6 +197,7 @@ def command(
         if not ran.is_complete:
             done, runs = ran.results.done, ran.results.plan.runs
             print_note(f"interrupted after {done} of {runs} runs. The same command continues")
+            report_unwritten(outputs.html, outputs.write)
             return INTERRUPTED
         _write_outputs(ran.results, outputs, execution, ran.pool, as_json=as_json)
         return COMPLETE if ran.results.passed else ALL_FAILED

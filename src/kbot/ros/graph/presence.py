@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import socket
-import tempfile
 import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -15,6 +14,7 @@ from urllib.parse import urlsplit
 
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
+from kbot.text.temporary import private_folder, user_folder
 
 CONNECT_SECONDS = 0.3
 """A KBot on this machine accepts a connection at once."""
@@ -46,9 +46,7 @@ class Presence:
 
 def announce(presence: Presence) -> Path:
     """Write the file, readable only by this user. Raises OSError."""
-    folder = _folder()
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    path = folder / f"{presence.pid}.json"
+    path = private_folder(_folder()) / f"{presence.pid}.json"
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "w") as file:
@@ -57,9 +55,15 @@ def announce(presence: Presence) -> Path:
 
 
 def running() -> list[Presence]:
-    """The KBots whose process is alive, oldest first. Files of dead processes are deleted."""
-    found = []
-    for path in sorted(_folder().glob("*.json"), key=_age):
+    """The KBots whose process is alive, oldest first. Files of dead processes are deleted.
+
+    Raises:
+        OSError: the folder of the files is a link or belongs to another user, who could write such files.
+    """
+    folder, found = _folder(), []
+    if folder.exists():
+        private_folder(folder)
+    for path in sorted(folder.glob("*.json"), key=_age):
         try:
             presence = Presence(**parse_json(path.read_text()))
         except (OSError, ValueError, TypeError):
@@ -98,8 +102,7 @@ def _folder() -> Path:
     given = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("LOCALAPPDATA")
     if given and Path(given).is_dir():
         return Path(given) / "kbot"
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    return Path(tempfile.gettempdir()) / f"kbot-{user}"
+    return user_folder()
 
 
 def _age(path: Path) -> float:

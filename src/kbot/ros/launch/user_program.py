@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.launch.python_packages import folder_of_module
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
 from kbot.text.folders import files_below
+from kbot.worker import children
 from kbot.xacro.packages import PackageError, Packages
 
 _SHEBANG = re.compile(r"#!.*\bpython[\d.]*\s*$")
@@ -121,16 +121,10 @@ def _lacking(python: str, modules: frozenset[str]) -> frozenset[str]:
         return frozenset(name for name in modules if not _is_here(name))
     code = "import sys, importlib.util as u; print(*(m for m in sys.argv[1:] if u.find_spec(m) is None))"
     try:
-        done = subprocess.run(
-            [python, "-c", code, *sorted(modules)],
-            capture_output=True,
-            text=True,
-            timeout=_QUERY_TIMEOUT_S,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
+        done = children.run([python, "-c", code, *sorted(modules)], seconds=_QUERY_TIMEOUT_S)
+    except OSError:
         return modules
-    return modules if done.returncode else frozenset(done.stdout.split())
+    return modules if done.returncode else frozenset(done.stdout.decode().split())
 
 
 def _is_here(name: str) -> bool:

@@ -12,17 +12,18 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from subprocess import CompletedProcess
 from tempfile import TemporaryFile
 from typing import IO
 
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+from kbot.worker import children
 
 _OPTIONS = (
     "--no-pager",
@@ -165,11 +166,8 @@ def _entries(repository: Repository, commit: str) -> Iterator[bytes]:
     rest, listed = b"", 0
     with (
         TemporaryFile() as errors,
-        subprocess.Popen(
-            command, cwd=repository.top, env=_environment(), stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=errors,
-        ) as process,
-    ):  # fmt: skip
+        _started(repository, command, stderr=errors) as process,
+    ):
         assert process.stdout is not None  # it is a pipe
         try:
             while chunk := process.stdout.read(_CHUNK):
@@ -203,11 +201,7 @@ def _write(
     with TemporaryFile() as names:
         names.write("".join(f"{blob}\n" for _, blob in (*files, *links)).encode())
         names.seek(0)
-        process = subprocess.Popen(
-            _command("cat-file", "--batch"),
-            cwd=repository.top, env=_environment(), stdin=names, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        process = _started(repository, _command("cat-file", "--batch"), stdin=names)
         with process:
             assert process.stdout is not None  # it is a pipe
             try:
@@ -280,14 +274,28 @@ def _stays_inside(path: str) -> bool:
     return os.name != "nt" or not _NOT_ON_WINDOWS.search(path)
 
 
-def _git(folder: str, *arguments: str) -> subprocess.CompletedProcess[bytes]:
+def _git(folder: str, *arguments: str) -> CompletedProcess[bytes]:
     try:
-        return subprocess.run(
-            _command(*arguments), cwd=folder, env=_environment(), stdin=subprocess.DEVNULL,
-            capture_output=True, check=False,
-        )  # fmt: skip
+        return children.run(_command(*arguments), environment=_environment(), folder=folder)
     except FileNotFoundError:
         raise KbotError("git is not installed: install it, or compare two files") from None
+
+
+def _started(
+    repository: Repository,
+    command: Sequence[str],
+    stdin: IO[bytes] | int = children.DEVNULL,
+    stderr: IO[bytes] | int = children.DEVNULL,
+) -> children.Child:
+    """git, whose output is read as a stream."""
+    return children.start(
+        command,
+        environment=_environment(),
+        folder=repository.top,
+        stdin=stdin,
+        stdout=children.PIPE,
+        stderr=stderr,
+    )
 
 
 def _command(*arguments: str) -> list[str]:

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from kbot.model.load import SHIPPED_NAME, Loaded, load_robot, resolve_robot_path
 from kbot.record.names import is_recording
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+from kbot.text.temporary import TemporaryFolder
 from kbot.trials.compare.git import Repository, extract
 from kbot.trials.robot_folder import absolute, own_package, robot_of_folder
 from kbot.xacro import PackageNotFound, Packages
@@ -97,7 +97,7 @@ def opened(
         return
     repository = Repository.around(str(Path.cwd()))
     commit = repository.commit(match["revision"])
-    with TemporaryDirectory(prefix="kbot-compare-", ignore_cleanup_errors=True) as folder:
+    with TemporaryFolder("compare") as folder:
         tree = os.path.realpath(folder)  # on macOS the folder of temporary files is a link
         paths = extract(repository, commit, tree)
         place = _in_revision(repository, match["revision"], match["path"], paths)
