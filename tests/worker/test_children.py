@@ -201,7 +201,7 @@ def test_a_program_has_the_signals_streams_and_environment_of_popen(tmp_path: Pa
 @ON_POSIX
 def test_a_program_that_takes_too_long_ends_with_what_it_started(tmp_path: Path) -> None:
     file = tmp_path / "pid"
-    with pytest.raises(TimeoutError, match="after 0.5 s"):
+    with pytest.raises(TimeoutError, match=r"after 0\.5 s"):
         children.run(["sh", "-c", f"sleep 3600 & echo $! > {file}; wait"], seconds=0.5)
     if file.exists():  # else the machine is slow, and it was killed before
         wait_for_end(int(file.read_text()))
@@ -217,9 +217,7 @@ def test_a_child_is_added_to_a_job_that_ends_with_this_process(monkeypatch: pyte
             assert (security, name) == (None, None), "no other process can open it"
             return 0x1_0000_0007
 
-        def SetInformationJobObject(
-            self, job: ctypes.c_void_p, kind: int, limits: object, size: int
-        ) -> int:
+        def SetInformationJobObject(self, job: ctypes.c_void_p, kind: int, limits: object, size: int) -> int:
             flags = bytes(limits._obj)[16:20]  # type: ignore[attr-defined]
             calls.append(("limit", job.value, kind, flags, size))
             return 1
