@@ -115,7 +115,8 @@ def command(
         if markdown is not None:  # after the result, which is not lost if the file cannot be written
             write_text(markdown, encodable(to_markdown(comparison)))
         if pair is not None and film is not None:
-            _film(pair, comparison, film)
+            with unwritten_reported(film):
+                _film(pair, comparison, film)
         if pair is not None and show:
             _show(pair, comparison)
     return 1 if comparison.is_changed else 0

@@ -313,10 +313,11 @@ def _write_outputs(
             else None
         )
         film = None
-        if shown is not None:
-            with busy(f"filming design {shown.number}"):
-                film = film_of(results.plan, shown, pool, execution.limit_time)
-        write_report(outputs.html, results, shown, film)
+        with unwritten_reported(outputs.html, outputs.write):
+            if shown is not None:
+                with busy(f"filming design {shown.number}"):
+                    film = film_of(results.plan, shown, pool, execution.limit_time)
+            write_report(outputs.html, results, shown, film)
         print_note(f"wrote {outputs.html}")
     if outputs.write is not None:
         _write_design(

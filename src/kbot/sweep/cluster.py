@@ -170,6 +170,7 @@ class RayCluster:
         try:
             if self._address not in (LOCAL, "auto"):
                 _require_answer(self._address)
+            # Ray's own processes end with this one: kernel_fate_share in ray/_private/node.py
             with _without_stderr():
                 ray.init(self._address, log_to_driver=False, logging_level=logging.CRITICAL, **options)
         except Exception as error:  # noqa: BLE001 - Ray raises many kinds

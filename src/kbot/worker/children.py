@@ -62,6 +62,8 @@ for group in groups:
 """
 _BARE = (sys.executable, "-I", "-S", "-c")
 """Python without the user's settings and packages, which starts in 10 ms."""
+_CLOSE_SECONDS = 10.0
+"""Seconds that the guard has to end. It would wait for ever if a library forked this process and kept its pipe."""
 
 
 class Child(subprocess.Popen[bytes]):
@@ -234,7 +236,10 @@ class _Guard:
             if self._process is not None:
                 if self._process.stdin is not None:
                     self._process.stdin.close()
-                self._process.wait()
+                try:
+                    self._process.wait(_CLOSE_SECONDS)
+                except subprocess.TimeoutExpired:
+                    self._process.kill()
 
     def leave(self) -> None:
         """Leave the guard to the parent of this process, which is a fork."""
