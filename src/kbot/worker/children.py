@@ -63,7 +63,7 @@ for group in groups:
 _BARE = (sys.executable, "-I", "-S", "-c")
 """Python without the user's settings and packages, which starts in 10 ms."""
 _CLOSE_SECONDS = 10.0
-"""Seconds that the guard has to end. It would wait for ever if a library forked this process and kept its pipe."""
+"""Seconds that the guard has to end. It waits for ever if a library forks this process without Python."""
 
 
 class Child(subprocess.Popen[bytes]):
