@@ -184,9 +184,16 @@ def test_a_baseline_overwrites_nothing_but_baselines(robot: Path) -> None:
     assert status("robot.xacro", "--write-baseline", "known.json") == 0
 
 
+KNOWN = '{{"version": 1, "findings": [{{"code": {}, "file": "", "message": "", "count": {}}}]}}'
+
+
 @pytest.mark.parametrize(
-    "text", ["null", '{"a": 1}', "[1]", "[" * 100_000, '{"version": 1, "findings": 3}', ""]
-)
+    "text",
+    [
+        "null", '{"a": 1}', "[1]", "[" * 100_000, '{"version": 1, "findings": 3}', "", KNOWN.format(1, 1),
+        *(KNOWN.format('"U001"', count) for count in ('"1"', "-1", "0", "1.5", "1e999", "true", "null")),
+    ],
+)  # fmt: skip
 def test_a_file_that_is_not_a_baseline_is_rejected(robot: Path, text: str) -> None:
     Path("odd.json").write_text(text)
     with pytest.raises(KbotError) as refused:

@@ -13,11 +13,15 @@ from textwrap import shorten
 from urllib.parse import urlsplit
 
 from kbot.text import KbotError
+from kbot.text.files import read_text
 from kbot.text.json_text import parse_json
 from kbot.text.temporary import private_folder, user_folder
 
 CONNECT_SECONDS = 0.3
 """A KBot on this machine accepts a connection at once."""
+_LARGEST_PID = 2**31 - 1
+_LATEST = 32503680000.0
+"""The year 3000. `time.localtime` does not know any number."""
 SHOWN = 48
 """Characters of a command line that are printed, so that an entry of the list fits in a line."""
 
@@ -35,6 +39,18 @@ class Presence:
     """The command line that started it."""
     since: float = 0.0
     """When it was started, in seconds of the Unix epoch."""
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether the values can be those of a process. Another program may have written the file."""
+        texts = (self.address, self.robot, self.world, self.command)
+        return (
+            all(isinstance(text, str) for text in texts)
+            and type(self.pid) is int
+            and 0 < self.pid <= _LARGEST_PID
+            and isinstance(self.since, int | float)
+            and 0 <= self.since <= _LATEST
+        )
 
     def __str__(self) -> str:
         """One short line for the list of running KBots."""
@@ -65,9 +81,11 @@ def running() -> list[Presence]:
         private_folder(folder)
     for path in sorted(folder.glob("*.json"), key=_age):
         try:
-            presence = Presence(**parse_json(path.read_text()))
-        except (OSError, ValueError, TypeError):
+            presence = Presence(**parse_json(read_text(path)))
+        except (KbotError, ValueError, TypeError):
             continue  # it is just being written, or it is a file of another kind
+        if not presence.is_valid:
+            continue
         if _is_alive(presence):
             found.append(presence)
         else:
