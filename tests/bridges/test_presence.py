@@ -44,3 +44,14 @@ def test_a_file_with_other_values_is_ignored(key: str, value: object, folder: Pa
     path.write_text(json.dumps({**json.loads(path.read_text()), key: value}))
     assert running() == []
     assert path.exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the folder is the user's own on Windows")
+def test_files_of_a_stranger_are_not_read(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Anyone can make the folder under /tmp first. Its address would receive what the user publishes."""
+    announce(OWN)
+    monkeypatch.setattr(os, "getuid", lambda: folder.stat().st_uid + 1)
+    for use in (running, lambda: announce(OWN)):
+        with pytest.raises(PermissionError, match="belongs to another user") as refused:
+            use()
+        assert refused.value.filename == str(folder)
