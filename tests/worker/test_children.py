@@ -178,6 +178,13 @@ def test_a_program_that_cannot_be_started_raises_what_popen_raises(
 
 
 @ON_POSIX
+def test_an_argument_that_no_program_can_have_is_refused() -> None:
+    for _ in range(2):  # the thread that starts children goes on
+        with pytest.raises(ValueError, match="null byte"):
+            children.start(["true", "\0"])
+
+
+@ON_POSIX
 def test_a_program_without_a_format_is_refused_as_by_popen(tmp_path: Path) -> None:
     (tmp_path / "p").write_text("no #! line")
     (tmp_path / "p").chmod(0o755)

@@ -9,24 +9,20 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as in a shell: 128 + SIGINT."""
 AGAIN_SECONDS = 0.05
 """Seconds after which a discarded interruption is raised again. Destructors and callbacks take less."""
-
-
 REPEAT_SECONDS = 1.0
 """Seconds in which a repeated signal counts once. `timeout` sends it to the process and to its group."""
 
 
-@dataclass(slots=True)
 class Ending:
-    """The signal that interrupted a block, or 0."""
+    """The signal that interrupted a block, or 0, and when."""
 
-    number: int = 0
-    at: float = 0.0
+    number = 0
+    at = 0.0
 
 
 @contextmanager

@@ -249,6 +249,9 @@ class _Guard:
             self._process.returncode = 0  # this process cannot wait for it
 
 
+_Answer = queue.SimpleQueue[Child | BaseException]
+
+
 class _Starter:
     """A thread that starts all children and never ends.
 
@@ -256,29 +259,29 @@ class _Starter:
     """
 
     def __init__(self) -> None:
-        self._orders: queue.SimpleQueue[tuple[Callable[[], Child], queue.SimpleQueue[Child | OSError]]]
-        self._orders = queue.SimpleQueue()
+        self._orders: queue.SimpleQueue[tuple[Callable[[], Child], _Answer]] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
 
     def call(self, make: Callable[[], Child]) -> Child:
         with self._lock:
             if self._thread is None:
-                self._thread = threading.Thread(target=self._work, daemon=True, name="kbot-children")
-                self._thread.start()
-        answer: queue.SimpleQueue[Child | OSError] = queue.SimpleQueue()
+                thread = threading.Thread(target=self._work, daemon=True, name="kbot-children")
+                thread.start()
+                self._thread = thread
+        answer: _Answer = queue.SimpleQueue()
         self._orders.put((make, answer))
         made = answer.get()
-        if isinstance(made, OSError):
-            raise made
-        return made
+        if isinstance(made, Child):
+            return made
+        raise made
 
     def _work(self) -> None:
         while True:
             make, answer = self._orders.get()
             try:
                 answer.put(make())
-            except OSError as error:
+            except BaseException as error:  # noqa: BLE001 - raised in the thread that asked
                 answer.put(error)
 
 
