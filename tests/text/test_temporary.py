@@ -74,6 +74,14 @@ def test_a_folder_of_a_dead_process_is_removed_by_the_next_one(place: Path, then
     assert names(place) == []
 
 
+def test_a_folder_of_a_worker_that_crashed_is_removed_at_the_end(place: Path) -> None:
+    with TemporaryFolder("own"):
+        subprocess.run([sys.executable, "-c", MAKE + "os._exit(0)"], check=False)
+        assert len(names(place)) == 4
+        temporary.remove_all()
+        assert names(place) == []
+
+
 @ON_POSIX
 def test_the_process_id_does_not_matter(place: Path) -> None:
     """The folder of a dead process whose ID another process has now, and that of a live one."""

@@ -83,7 +83,7 @@ class Child(subprocess.Popen[bytes]):
 
     def _forget(self, status: int | None) -> None:
         """The system may reuse the ID of a process that has ended, but not while others are in its group."""
-        if status is not None and self._is_guarded:
+        if status is not None and self._is_guarded and sys.platform != "win32":
             try:
                 os.killpg(self.pid, 0)
             except ProcessLookupError:
