@@ -246,17 +246,20 @@ def _run(
     sweep = opened.enter_context(opened_sweep(plan, execution.out))
     if sweep.journal.count and sweep.missing:
         print_note(f"continuing: {sweep.journal.count} of {plan.runs} runs are finished")
-    with busy("running the first design"):
-        rehearse(sweep, pool, execution.limit_time, confirmed=execution.confirmed)
     is_complete = True
-    with (
-        counting("running", sweep.missing) as advance,
-        _executor(execution, plan, pool, execution.out) as executor,
-    ):
-        try:
+    try:
+        with busy("running the first design"):
+            rehearse(sweep, pool, execution.limit_time, confirmed=execution.confirmed)
+        with (
+            counting("running", sweep.missing) as advance,
+            _executor(execution, plan, pool, execution.out) as executor,
+        ):
             sweep.run(executor, advance)
-        except KeyboardInterrupt:
-            is_complete = False
+    except KeyboardInterrupt:
+        if not sweep.journal.count:  # no run is finished
+            raise
+        is_complete = False
+        sweep.write_finished()  # Ctrl-C may come before the search, which writes it too
     return _SweepResult(sweep.results(), pool, is_complete, time.monotonic() - begun)
 
 
