@@ -127,6 +127,27 @@ def test_a_full_disk_leaves_the_complete_rows(tmp_path: Path, monkeypatch: pytes
         assert [each.run for each in journal.rows()] == [0]
 
 
+@pytest.mark.parametrize(("written", "finished"), [(10, []), (10_000, [0])])
+def test_ctrl_c_keeps_a_row_that_was_written(
+    written: int, finished: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, write = tmp_path / "runs.jsonl", os.write
+
+    def interrupted(file: int, data: bytes) -> int:
+        write(file, bytes(data)[:written])
+        raise KeyboardInterrupt
+
+    with Journal(path, PLAN) as journal:
+        monkeypatch.setattr(journal_module.os, "write", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            journal.append(row(0))
+        monkeypatch.undo()
+        assert (journal.count, [each.run for each in journal.rows()]) == (len(finished), finished)
+        journal.append(row(1))
+    with Journal(path, PLAN) as journal:
+        assert [each.run for each in journal.rows()] == [*finished, 1]
+
+
 def test_numbers_that_are_not_finite_have_no_value(tmp_path: Path) -> None:
     with Journal(tmp_path / "runs.jsonl", PLAN) as journal:
         journal.append(row(0, energy=float("nan"), slip=float("inf")))

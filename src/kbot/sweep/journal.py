@@ -126,6 +126,15 @@ class Journal:
                 f"{self.path} cannot be written: {error.strerror}. Finished runs are kept ({self.count}). "
                 "Run the same command again to continue"
             ) from None
+        except KeyboardInterrupt:
+            if os.fstat(self._file).st_size == self._end + len(line):  # it came after the last byte
+                self._count(row, line)
+            else:
+                self._cut()
+            raise
+        self._count(row, line)
+
+    def _count(self, row: Row, line: bytes) -> None:
         self._add(row.run, self._end, row.measures)
         self._end += len(line)
 
