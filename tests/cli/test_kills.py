@@ -24,7 +24,7 @@ from kbot.model.load import SHIPPED_PACKAGE
 from ..record.hostile import ros2_folder
 
 START_SECONDS, END_SECONDS = 240.0, 60.0
-"""Until all verbs work, and until all that they started has ended. An idle machine takes 10 s and 1 s."""
+"""Until all verbs work, and until all that they started has ended. Two cores with a load of 30 take 90 s and 1 s."""
 VERB, RUN = "KBOT_TEST_VERB", "KBOT_TEST_RUN"
 """Variables that all processes of a verb, and of this test, inherit."""
 
@@ -103,7 +103,6 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin" / "git").write_text(f"#!/bin/sh\n{SHELL}\n")
     (tmp_path / "bin" / "git").chmod(0o755)
-    (tmp_path / "tmp").mkdir()
     repository = tmp_path / "repository"
     shutil.copytree(SHIPPED_PACKAGE, repository, copy_function=shutil.copyfile)
     identity = ("-c", "user.name=a", "-c", "user.email=a@b")
@@ -117,11 +116,12 @@ def folder(tmp_path: Path) -> Path:
 def begin(verb: str, folder: Path) -> subprocess.Popen[bytes]:
     environment = {
         **os.environ,
-        **{RUN: str(folder), VERB: verb, "TMPDIR": str(folder / "tmp"), "KBOT_TRANSPORT": "local"},
-        "XDG_RUNTIME_DIR": str(folder / "tmp"),
+        **{RUN: str(folder), VERB: verb, "TMPDIR": str(folder / verb), "KBOT_TRANSPORT": "local"},
+        "XDG_RUNTIME_DIR": str(folder / verb),
     }
     if verb == "compare git":
         environment["PATH"] = f"{folder / 'bin'}:{os.environ['PATH']}"
+    (folder / verb).mkdir()
     where = folder / "repository" if verb.startswith("compare") else folder
     with (folder / f"{verb}.log").open("wb") as log:
         return subprocess.Popen(
@@ -175,32 +175,27 @@ def started(folder: Path) -> Iterator[dict[str, subprocess.Popen[bytes]]]:
 def test_nothing_is_left(folder: Path, started: dict[str, subprocess.Popen[bytes]]) -> None:
     waiting = set(VERBS)
 
-    def all_work() -> bool:
+    def all_are_killed() -> bool:
         running = processes(folder)
         for verb in list(waiting):
             if started[verb].poll() is not None:
                 pytest.fail(f"{verb}: {(folder / f'{verb}.log').read_text()}")
             with suppress(psutil.Error):
                 if works(verb, folder, running):
+                    started[verb].kill()  # at once: `launch` ends a command after a minute
+                    started[verb].wait()
                     waiting.remove(verb)
         return not waiting
 
-    wait_until(all_work, START_SECONDS, lambda: f"{sorted(waiting)} did not begin")
-    running = processes(folder)
-    assert all(len(running[verb]) > 1 for verb in VERBS if verb != "view recording"), "all have children"
-
-    for process in started.values():
-        process.kill()
-        process.wait()
+    wait_until(all_are_killed, START_SECONDS, lambda: f"{sorted(waiting)} did not begin")
     wait_until(
         lambda: not processes(folder),
         END_SECONDS,
         lambda: f"left: {[(verb, each) for verb, left in processes(folder).items() for each in left]}",
     )
-
-    (place,) = (folder / "tmp").glob("kbot-*")
-    left = {path.name.split("-")[0] for path in place.glob("*.lock")}
-    assert set(FOLDERS.values()) <= left, "else this test does not show that they are removed"
-    environment = {**os.environ, "TMPDIR": str(folder / "tmp")}
-    subprocess.run([*KBOT, "rule", "U001"], env=environment, capture_output=True, check=True)
-    assert list(place.iterdir()) == []
+    for verb, name in FOLDERS.items():
+        (place,) = (folder / verb).glob("kbot-*")
+        assert any(place.glob(f"{name}-*.lock")), "else this test does not show that it is removed"
+        environment = {**os.environ, "TMPDIR": str(folder / verb)}
+        subprocess.run([*KBOT, "rule", "U001"], env=environment, capture_output=True, check=True)
+        assert list(place.iterdir()) == []
