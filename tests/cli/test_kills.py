@@ -24,7 +24,7 @@ from kbot.model.load import SHIPPED_PACKAGE
 from ..record.hostile import ros2_folder
 
 START_SECONDS, END_SECONDS = 240.0, 60.0
-"""Until all verbs work, and until what they started has ended. With a load of 30 on two cores: 90 s and 1 s."""
+"""Until all verbs work, and until what they started has ended. With a load of 30 they took 90 s and 1 s."""
 VERB, RUN = "KBOT_TEST_VERB", "KBOT_TEST_RUN"
 """Variables that all processes of a verb, and of this test, inherit."""
 
