@@ -153,13 +153,13 @@ def print_memory(folder: Path) -> bool:
             count = sweep.journal.count
             if count in (FIRST, SHORT_RUNS):
                 memory.append(own.memory_info().rss)
-                workers.append(sum(child.memory_info().rss for child in own.children()))
+                workers.append(sum(child.memory_info().rss for child in workers_of(own)))
 
         with opened_sweep(plan, str(folder / "sweep")) as sweep, Processes(pool) as executor:
-            before, theirs = processor_seconds(own), sum(map(processor_seconds, own.children()))
+            before, theirs = processor_seconds(own), sum(map(processor_seconds, workers_of(own)))
             sweep.run(executor, measure)
             spent = processor_seconds(own) - before
-            theirs = sum(map(processor_seconds, own.children())) - theirs
+            theirs = sum(map(processor_seconds, workers_of(own))) - theirs
     share = spent / (spent + theirs)
     first, last = (size / 1e6 for size in memory)
     grown = [size / PROCESSES / 1e6 for size in workers]
@@ -175,6 +175,11 @@ def print_memory(folder: Path) -> bool:
 def processor_seconds(process: psutil.Process) -> float:
     times = process.cpu_times()
     return times.user + times.system
+
+
+def workers_of(process: psutil.Process) -> list[psutil.Process]:
+    """Without the guard, which ends what is left of a killed KBot."""
+    return [each for each in process.children() if "kbot.worker.child" in " ".join(each.cmdline())]
 
 
 def print_kills(folder: Path) -> bool:
@@ -214,7 +219,7 @@ def is_complete(command: list[str], noise: random.Random, killed: Counter[str], 
             process.wait(noise.uniform(0.5, LATEST))
         if process.poll() is not None:
             break
-        workers = psutil.Process(process.pid).children()
+        workers = workers_of(psutil.Process(process.pid))
         if workers and noise.random() < 0.5:
             with suppress(ProcessLookupError):
                 os.kill(noise.choice(workers).pid, signal.SIGKILL)

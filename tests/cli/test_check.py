@@ -14,12 +14,11 @@ import pytest
 from click.testing import CliRunner, Result
 
 import kbot.cli.check
-from kbot.checks import folder_files
 from kbot.checks.fixes import fixed
 from kbot.checks.folder_files import entry_points
 from kbot.cli.check import command as check
 from kbot.cli.rule import command as rule
-from kbot.text import KbotError
+from kbot.text import KbotError, folders
 
 FIXTURES = Path(__file__).parents[1] / "checks" / "fixtures"
 SCHEMAS = Path(__file__).parents[1] / "checks" / "schemas"
@@ -185,9 +184,16 @@ def test_a_baseline_overwrites_nothing_but_baselines(robot: Path) -> None:
     assert status("robot.xacro", "--write-baseline", "known.json") == 0
 
 
+KNOWN = '{{"version": 1, "findings": [{{"code": {}, "file": "", "message": "", "count": {}}}]}}'
+
+
 @pytest.mark.parametrize(
-    "text", ["null", '{"a": 1}', "[1]", "[" * 100_000, '{"version": 1, "findings": 3}', ""]
-)
+    "text",
+    [
+        "null", '{"a": 1}', "[1]", "[" * 100_000, '{"version": 1, "findings": 3}', "", KNOWN.format(1, 1),
+        *(KNOWN.format('"U001"', count) for count in ('"1"', "-1", "0", "1.5", "1e999", "true", "null")),
+    ],
+)  # fmt: skip
 def test_a_file_that_is_not_a_baseline_is_rejected(robot: Path, text: str) -> None:
     Path("odd.json").write_text(text)
     with pytest.raises(KbotError) as refused:
@@ -391,7 +397,7 @@ def test_a_folder_search_leaves_out_file_systems_of_the_kernel_and_links(
     (root / "link").symlink_to(tmp_path / "elsewhere")
     searched: list[str] = []
     assert len(entry_points(str(root))) == 2  # a folder that is only named like one is searched
-    monkeypatch.setattr(folder_files, "_VIRTUAL", frozenset({str((root / "proc").resolve())}))
+    monkeypatch.setattr(folders, "_VIRTUAL", frozenset({str((root / "proc").resolve())}))
     assert entry_points(str(root), searched.append) == [str(root / "robots" / "r.urdf")]
     assert f"looking for files in {root / 'robots'}" in searched
     assert f"reading {root / 'robots' / 'r.urdf'}" in searched

@@ -1,13 +1,17 @@
 """Ctrl-C, `kill` and a closed terminal end every run, whatever the user's program does."""
 
+import os
+import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from kbot.model.load import SHIPPED_PACKAGE
 from kbot.record import Recording
 
 Start = Callable[..., subprocess.Popen[str]]
@@ -24,6 +28,58 @@ def started(program: subprocess.Popen[str], word: str) -> None:
     while word not in line:
         assert line, program.stderr and program.stderr.read()
         line = program.stdout.readline()
+
+
+SCENARIO = "duration: 9\nrobot: kbot\nsteps: [{script: endless.py}]\n"
+ENDLESS = "def drive(sim):\n    open('begun', 'w').close()\n    while True: pass\n"
+REPORTS = {"r.xml", "r.md", "r.gif", "r.html"}
+TRY = "try e.scenario.yaml --junit r.xml"
+COMPARE = "compare HEAD: . --scenario e.scenario.yaml --markdown r.md --film r.gif"
+SWEEP = "sweep kbot --set wheel_radius=0.03,0.04 --scenario e.scenario.yaml --out out --html r.html"
+
+
+@pytest.mark.parametrize(
+    ("words", "ending", "written", "reported"),
+    [
+        (TRY, "SIGTERM", {"r.xml"}, "0 passed"),
+        (COMPARE, "SIGINT", set(), "interrupted: nothing was written to r.md, r.gif\n"),
+        (COMPARE, "SIGTERM", set(), "interrupted: nothing was written to r.md, r.gif\n"),
+        (COMPARE, "SIGHUP", set(), "interrupted: nothing was written to r.md, r.gif\n"),
+        (SWEEP, "SIGTERM", set(), "interrupted: nothing was written to r.html\n"),
+    ],
+)
+def test_an_ending_leaves_no_folder_and_names_the_reports_that_are_missing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    start_kbot: Start,
+    words: str,
+    ending: str,
+    written: set[str],
+    reported: str,
+) -> None:
+    work, scratch = tmp_path / "work", tmp_path / "scratch"
+    scratch.mkdir()
+    shutil.copytree(SHIPPED_PACKAGE, work, copy_function=shutil.copyfile)
+    monkeypatch.chdir(work)
+    identity = ("-c", "user.name=a", "-c", "user.email=a@b")
+    for git in (("init", "-q"), ("add", "."), (*identity, "commit", "-qm", "a")):
+        subprocess.run(["git", *git], check=True)
+    robot = work / "urdf" / "kbot.xacro"
+    robot.write_text(robot.read_text().replace('default="0.035"', 'default="0.03"'))
+    (work / "endless.py").write_text(ENDLESS)
+    (work / "e.scenario.yaml").write_text(SCENARIO)
+    program = start_kbot(*words.split(), "-j", "1", env={**os.environ, "TMPDIR": str(scratch)})
+    while not (work / "begun").exists():
+        assert program.poll() is None, program.stderr and program.stderr.read()
+        time.sleep(0.05)
+    number = signal.Signals[ending]
+    program.send_signal(number)
+    out, errors = program.communicate(timeout=SOON)
+    assert program.returncode == 128 + number, errors
+    assert reported in out + errors
+    assert "Traceback" not in errors
+    assert {path.name for path in work.iterdir()} & REPORTS == written
+    assert list(scratch.glob("*/*")) == []
 
 
 def test_a_discarded_ctrl_c_is_raised_again(tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """Every verb answers a hostile file within 10 s of CPU time and 1 GB of memory."""
 
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -99,3 +101,39 @@ def test_remarks_of_the_image_library_are_not_printed(tmp_path: Path, run_kbot: 
     assert ended.err.splitlines() == [
         "error: the image big.pgm has 10000 x 10000 pixels, more than 50000000 pixels"
     ]
+
+
+@pytest.fixture
+def deep_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder with 1100 nested ones. Python nests 1000 calls."""
+    folder = tmp_path / "deep"
+    folder.mkdir()
+    with monkeypatch.context() as inner:
+        inner.chdir(folder)
+        for _ in range(1100):  # the system takes shorter paths only
+            os.mkdir("a")  # noqa: PTH102 - relative to the working directory
+            os.chdir("a")
+    yield folder
+    with monkeypatch.context() as inner:
+        inner.chdir(folder)
+        for _ in range(1100):
+            os.chdir("a")
+        for _ in range(1100):
+            os.chdir("..")
+            os.rmdir("a")  # noqa: PTH106
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="paths of Windows have 260 characters")
+def test_a_folder_may_be_nested_deeply(deep_folder: Path, measured_kbot: Callable[..., Any]) -> None:
+    for words in (
+        ("check", "deep"),
+        ("try", "deep"),
+        ("try", "deep", "--battery", "all"),
+        ("compare", "deep", "deep"),
+        ("launch", "deep", "x.launch"),
+        ("launch", "deep"),
+    ):
+        result = measured_kbot(*words)
+        assert (result.status, result.is_bounded()) == (2, True), result
+        assert "error" in result.out + result.err
+        assert "internal error" not in result.err, result

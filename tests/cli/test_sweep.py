@@ -279,6 +279,21 @@ def test_a_range_of_integers_is_noted() -> None:
     assert [row["wheel_mass"] for row in table()] == [0, 1]
 
 
+def test_ctrl_c_between_the_first_run_and_the_others_reports_the_first(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("kbot.cli.sweep._executor", interrupted)
+    words = ["kbot", "--set", "wheel_radius=0.03:0.05:9", *SHORT, "--objective", "slip", "-j", "1"]
+    assert main.run(["sweep", *words, "--html", "r.html"]) == 130
+    printed = capsys.readouterr()
+    assert "interrupted after 1 of 9 runs. The same command continues\n" in printed.err
+    assert "interrupted: nothing was written to r.html\n" in printed.err
+    assert parquet.read_table("out/results.parquet").num_rows == 1
+
+
 def test_the_function_gives_the_same_table_as_the_command() -> None:
     words = ("kbot", "--set", "wheel_radius=0.03:0.05", *SHORT, "--method", "lhs", "--runs", "2")
     run(*words, "--objective", "slip")
@@ -330,7 +345,8 @@ def test_ctrl_c_and_kills_lose_nothing_and_the_same_command_continues(folder: Pa
     third = begin(done + 2)
     with pytest.raises(KbotError, match="another process runs the sweep in killed"):
         run(*words, "--out", "killed")
-    (worker,) = psutil.Process(third.pid).children()
+    started = psutil.Process(third.pid).children()  # also the guard, which ends what is left of a killed KBot
+    (worker,) = [each for each in started if "kbot.worker.child" in " ".join(each.cmdline())]
     worker.kill()
     _, errors = third.communicate()
     assert third.returncode == 0, errors

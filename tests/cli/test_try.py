@@ -242,8 +242,9 @@ def test_the_list_and_the_schema_run_nothing() -> None:
     assert json.loads(run("--schema").stdout)["title"] == "Scenario of KBot"
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT of one process")
-def test_ctrl_c_reports_what_is_done(folder: Path) -> None:
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals of one process")
+@pytest.mark.parametrize("ending", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_an_ending_reports_what_is_done(folder: Path, ending: str) -> None:
     (folder / "endless.py").write_text(
         "def drive(sim):\n    open('begun', 'w').close()\n    while True: pass\n"
     )
@@ -252,9 +253,11 @@ def test_ctrl_c_reports_what_is_done(folder: Path) -> None:
     running = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while not (folder / "begun").exists() and running.poll() is None:
         time.sleep(0.05)
-    running.send_signal(signal.SIGINT)
+    number = getattr(signal, ending)
+    running.send_signal(number)
+    running.send_signal(number)  # `timeout` sends a signal to the process, and again to its group
     out, err = running.communicate()
-    assert running.returncode == 130, err
+    assert running.returncode == 128 + number, err
     assert [each["name"] for each in json.loads(out)["scenarios"]] == ["drive"]
     assert len(list(ElementTree.parse("junit.xml").getroot().iter("testcase"))) == 1
 

@@ -1,6 +1,7 @@
 """Replaying a recorded run gives the same messages, and a changed recording does not."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -123,21 +124,84 @@ def test_added_robot_is_recorded_although_time_is_reset(tmp_path: Path) -> None:
     assert first.nanoseconds == 520_000_000  # at the end of the control period in which it was received
 
 
-def test_changed_command_is_found(runs: dict[str, Path], tmp_path: Path) -> None:
-    recording = Recording(str(runs["mcap"]))
-    writer = open_writer(str(tmp_path / "other.mcap"))
+def edited(
+    run: Path,
+    target: Path,
+    commands: Mapping[str, object] | None = None,
+    notes: Mapping[str, Mapping[str, str]] | None = None,
+) -> str:
+    """Copy a recording with other values in its command of 0.1 m/s, and in its metadata."""
+    recording = Recording(str(run))
+    writer = open_writer(str(target))
     for name, values in recording.summary().notes.items():
-        writer.annotate(name, values)
+        writer.annotate(name, {**values, **(notes or {}).get(name, {})})
     for entry in recording.entries():
         if entry.topic == COMMANDS_TOPIC and '"linear": 0.1' in entry.message().data:
-            text = json.dumps({**json.loads(entry.message().data), "linear": 0.1 + 1e-12})
+            text = json.dumps({**json.loads(entry.message().data), **(commands or {})})
             writer.write(Packet(COMMANDS_TOPIC, String(text), entry.nanoseconds))
         else:
             writer.write(entry)
     writer.close()
-    again = replay(str(tmp_path / "other.mcap"))
+    return str(target)
+
+
+def test_changed_command_is_found(runs: dict[str, Path], tmp_path: Path) -> None:
+    again = replay(edited(runs["mcap"], tmp_path / "other.mcap", {"linear": 0.1 + 1e-12}))
     assert not again.is_same
     assert again.same_state is False
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        {"step": 10**12},
+        {"step": "1"},
+        {"step": None},
+        {"do": []},
+        {"do": "reset", "after": 10**12},
+        {"do": "reset", "after": "x"},
+        {"linear": "fast"},
+        {"linear": [1]},
+        {"linear": 10**400},
+        {"robot": {}},
+        {"deadline": "soon"},
+        {"do": "attach"},
+        {"do": "place"},
+        {"do": "spawn_thing", "kind": 3},
+        {"do": "restore", "noted": 10**30, "to": 5},
+    ],
+)
+def test_a_damaged_command_is_one_error(
+    commands: dict[str, object], runs: dict[str, Path], tmp_path: Path
+) -> None:
+    with pytest.raises(KbotError) as raised:
+        replay(edited(runs["mcap"], tmp_path / "other.mcap", commands))
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("note", "key", "value"),
+    [
+        ("kbot.end", "steps", "many"),
+        ("kbot.end", "steps", "1" * 30),
+        ("kbot", "timestep", "0"),
+        ("kbot", "timestep", "nan"),
+        ("kbot", "seed", "x"),
+        ("kbot", "start", "[1, 2, 3, 4]"),
+        ("kbot", "start", '["a", "b", "c"]'),
+        ("kbot", "naming", "{"),
+        ("kbot", "naming", "[[], 1, 2]"),
+        ("kbot", "contacts", "glue"),
+        ("kbot", "world", "nowhere"),
+        ("kbot", "static_transforms", '[{"parent": 1}]'),
+    ],
+)
+def test_damaged_metadata_is_one_error(
+    note: str, key: str, value: str, runs: dict[str, Path], tmp_path: Path
+) -> None:
+    with pytest.raises(KbotError) as raised:
+        replay(edited(runs["mcap"], tmp_path / "other.mcap", notes={note: {key: value}}))
+    assert "\n" not in str(raised.value)
 
 
 def test_return_to_an_earlier_state_is_replayed(tmp_path: Path) -> None:

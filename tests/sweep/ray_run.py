@@ -33,7 +33,7 @@ def main(address: str, out: str) -> None:
     folder = Path(out)
     folder.mkdir()
     with (
-        Journal(folder / "runs.jsonl", plan.runs) as journal,
+        Journal(folder / "runs.jsonl", plan) as journal,
         RayCluster(parse_place(address), versions=plan.versions, not_sent=[out]) as cluster,
     ):
         Sweep(plan, journal, folder).run(cluster, dot)

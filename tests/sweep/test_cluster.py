@@ -113,7 +113,7 @@ def nodes(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
 def local_table(plan: Plan, folder: Path) -> bytes:
     """The table of the sweep in processes of this machine."""
     folder.mkdir()
-    with Journal(folder / "runs.jsonl", plan.runs) as journal, Pool(1) as pool, Processes(pool) as processes:
+    with Journal(folder / "runs.jsonl", plan) as journal, Pool(1) as pool, Processes(pool) as processes:
         sweep = Sweep(plan, journal, folder)
         sweep.run(processes)
         return sweep.table.read_bytes()

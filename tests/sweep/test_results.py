@@ -29,7 +29,7 @@ RUNS = (
 
 def results(folder: Path, *objectives: Objective) -> Results:
     plan = Plan(RobotSource("kbot"), SPACE, TRIALS, objectives, Method.GRID, 4)
-    with Journal(folder / "runs.jsonl", plan.runs) as journal:
+    with Journal(folder / "runs.jsonl", plan) as journal:
         for design, runs in enumerate(RUNS):
             for seed, found in enumerate(runs):
                 reason = found if isinstance(found, str) else None
@@ -65,7 +65,7 @@ def test_the_direction_decides_which_design_is_best(tmp_path: Path) -> None:
 
 def test_a_design_that_was_chosen_twice_is_best_once(tmp_path: Path) -> None:
     plan = Plan(RobotSource("kbot"), SPACE, TRIALS[:1], (Objective("energy"),), Method.OPTIMIZE, 3)
-    with Journal(tmp_path / "runs.jsonl", plan.runs) as journal:
+    with Journal(tmp_path / "runs.jsonl", plan) as journal:
         for run, radius in enumerate((0.05, 0.04, 0.05)):
             journal.append(Row(run, run, (radius,), "drive", 0, True, None, "", {"energy": 1.0}))
         found = results_of(plan, journal, tmp_path / "results.parquet")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +13,7 @@ import pytest
 
 from kbot.sweep.designs import Designs, LatinHypercube, Method, Random
 from kbot.sweep.executor import Finished
-from kbot.sweep.journal import Journal, Row
+from kbot.sweep.journal import Journal, Row, _line
 from kbot.sweep.objectives import Objective
 from kbot.sweep.optimisation import WINDOW
 from kbot.sweep.plan import Plan
@@ -78,12 +77,12 @@ def plan(method: Method, designs: int, seeds: int = 1) -> Plan:
 def rows(path: Path, chosen: Plan, *executors: InOrder) -> list[Row]:
     """The rows after the sweep ran with each executor."""
     for executor in executors:
-        with Journal(path, chosen.runs) as journal:
+        with Journal(path, chosen) as journal:
             try:
                 search(chosen, journal, executor)
             except KeyboardInterrupt:
                 continue
-    with Journal(path, chosen.runs) as journal:
+    with Journal(path, chosen) as journal:
         return list(journal.rows())
 
 
@@ -109,16 +108,19 @@ def test_a_larger_sweep_keeps_the_runs_of_a_smaller_one(method: Method, tmp_path
 
 
 @pytest.mark.parametrize("method", [Method.RANDOM, Method.LHS, Method.OPTIMIZE])
-@pytest.mark.parametrize(("key", "value"), [("values", [0.5, 1, "left"]), ("design", 7)])
+@pytest.mark.parametrize(("key", "value"), [("values", (0.5, 1, "left")), ("design", 7)])
 def test_a_row_with_the_values_of_another_design_is_an_error(
     method: Method, key: str, value: object, tmp_path: Path
 ) -> None:
     path = tmp_path / "runs.jsonl"
-    rows(path, plan(method, 20), InOrder(1))
-    lines = path.read_text().splitlines()
-    lines[3] = json.dumps({**json.loads(lines[3]), key: value})
-    path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(KbotError, match=r"runs\.jsonl:4: run 3 is recorded for design .* Delete this line"):
+    found = rows(path, plan(method, 20), InOrder(1))
+    lines = path.read_bytes().splitlines(keepends=True)
+    # a line of another sweep, which KBot wrote
+    lines[3] = _line(replace(found[3], **{key: value}))
+    path.write_bytes(b"".join(lines))
+    column = lines[3].index(f'"{key}"'.encode()) + 1
+    error = rf"runs\.jsonl:4:{column}: run 3 is recorded for design .* Delete this line to run it again, or"
+    with pytest.raises(KbotError, match=error):
         rows(path, plan(method, 20), InOrder())
 
 

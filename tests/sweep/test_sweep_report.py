@@ -32,7 +32,7 @@ TASK = Task(Scenario(name="straight", duration=1.0, robot=RobotSource("kbot")))
 def sweep(folder: Path, *objectives: Objective, count: int = 12, space: Space = SPACE) -> Iterator[Sweep]:
     """A sweep in which energy grows with the radius, and time falls with it. The first run failed."""
     plan = Plan(RobotSource("kbot"), space, (TASK,), objectives, Method.LHS, count)
-    with Journal(folder / "runs.jsonl", plan.runs) as journal:
+    with Journal(folder / "runs.jsonl", plan) as journal:
         for run in range(count):
             radius = 0.02 + 0.0025 * run
             values = (radius, HOSTILE if run % 2 else "empty")[: len(space.dimensions)]
@@ -98,7 +98,7 @@ def test_a_report_without_an_objective(tmp_path: Path) -> None:
 
 def test_designs_that_are_equally_good_are_not_a_pareto_front(tmp_path: Path) -> None:
     plan = Plan(RobotSource("kbot"), SPACE, (TASK,), (Objective("energy"),), Method.LHS, 3)
-    with Journal(tmp_path / "runs.jsonl", plan.runs) as journal:
+    with Journal(tmp_path / "runs.jsonl", plan) as journal:
         for run, energy in enumerate((1.0, 1.0, 2.0)):
             values = (0.02 + 0.01 * run, "empty")
             journal.append(Row(run, run, values, "straight", 0, True, None, "", {"energy": energy}))

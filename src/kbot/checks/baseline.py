@@ -15,6 +15,7 @@ from pathlib import Path
 from kbot.text import Diagnostic, KbotError, write_text
 from kbot.text.files import read_text
 from kbot.text.json_text import parse_json
+from kbot.text.render import encodable
 
 _VERSION = 1
 _HOW = ": write a new baseline with --write-baseline to another file"
@@ -45,9 +46,8 @@ def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
         {"code": code, "file": file, "message": message, "count": count}
         for (code, file, message), count in sorted(counts.items())
     ]
-    write_text(
-        path, json.dumps({"version": _VERSION, "findings": known}, indent=2, ensure_ascii=False) + "\n"
-    )
+    text = json.dumps({"version": _VERSION, "findings": known}, indent=2, ensure_ascii=False)
+    write_text(path, encodable(text) + "\n")  # JSON has the escapes that replace what UTF-8 does not have
 
 
 def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
@@ -76,7 +76,12 @@ def _known(path: str) -> Counter[Key]:
         data = parse_json(text)
         if data["version"] != _VERSION:
             raise KbotError(f"{path} is a baseline of version {data['version']!r:.60}, not {_VERSION}{_HOW}")
-        rows = data["findings"]
-        return Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
-    except (ValueError, KeyError, TypeError, OverflowError):
+        known = Counter[Key]()
+        for row in data["findings"]:
+            key, number = (row["code"], row["file"], row["message"]), row["count"]
+            if not all(isinstance(part, str) for part in key) or type(number) is not int or number < 1:
+                raise TypeError
+            known[key] += number
+        return known
+    except (ValueError, KeyError, TypeError):
         raise KbotError(f"{path} is not a baseline of kbot check{_HOW}") from None

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from kbot.checks.file_kinds import file_kinds
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, parse_xml, read_source
+from kbot.text.folders import files_below
 
 _ROBOT = (".xacro", ".urdf")
-_SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
-_VIRTUAL = frozenset({"/proc", "/sys", "/dev"})
-"""File systems of the kernel. They have no robots, but hundreds of thousands of files."""
 _INCLUDE = re.compile(r"""<xacro:include\b[^<>]*""")
 _FILENAME = re.compile(r"""\bfilename\s*=\s*["']([^"']+)["']""")
 
@@ -28,45 +27,37 @@ def entry_points(folder: str, progress: Callable[[str], None] = lambda _: None) 
 
     Raises:
         DescriptionError: F006, the folder has no such file.
+        KbotError: it has too many files.
     """
-    files = sorted(_walk(Path(folder), progress))
+    files = list(files_below(folder, _is_wanted, lambda at: progress(f"looking for files in {at}")))
     included: set[str] = set()
-    texts: dict[Path, str] = {}
-    for file in files:
-        if file.name.endswith(_ROBOT):
-            progress(f"reading {file}")
-            try:
-                texts[file] = read_source(file).text
-            except DescriptionError:
-                texts[file] = ""
+    robots = [file for file in files if file.endswith(_ROBOT)]
+    for file in robots:
+        progress(f"reading {file}")
+        with suppress(DescriptionError):
             included.update(
                 os.path.basename(match[1])
-                for tag in _INCLUDE.findall(texts[file])
+                for tag in _INCLUDE.findall(read_source(file).text)
                 if (match := _FILENAME.search(tag))
             )
-    found = [f for f in files if any(kind.is_found(f.name) for kind in file_kinds())]
-    found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
+    found = [file for file in files if _is_of_other_kind(os.path.basename(file))]
+    found += [file for file in robots if os.path.basename(file) not in included and _is_robot(file)]
     if not found:
         message = f"{folder} contains no launch file, package.xml, xacro or URDF"
         place = Origin(Span(Source(folder, ""), 0, 0))
         raise DescriptionError([Diagnostic("F006", Severity.ERROR, message, place)])
-    return [str(f) for f in sorted(found)]
+    return sorted(found, key=Path)
 
 
-def _walk(folder: Path, progress: Callable[[str], None]) -> Iterator[Path]:
-    """The files to read. Links to folders are not followed."""
-    for root, folders, names in os.walk(folder):
-        progress(f"looking for files in {root}")
-        if os.path.realpath(root) in _VIRTUAL:
-            folders.clear()
-            continue
-        folders[:] = [f for f in folders if f not in _SKIPPED and not f.startswith(".")]
-        for name in names:
-            if name.endswith(_ROBOT) or any(kind.is_found(name) for kind in file_kinds()):
-                yield Path(root) / name
+def _is_wanted(name: str) -> bool:
+    return name.endswith(_ROBOT) or _is_of_other_kind(name)
 
 
-def _is_robot(file: Path, text: str) -> bool:
+def _is_of_other_kind(name: str) -> bool:
+    return any(kind.is_found(name) for kind in file_kinds())
+
+
+def _is_robot(file: str) -> bool:
     """Whether a file is a whole robot and not a library of macros. True for a file with a syntax error, so
     that the error is reported."""
     try:

@@ -27,6 +27,7 @@ from kbot.model.load import resolve_robot_path
 from kbot.text import DescriptionError, Diagnostic, Fix, Severity, read_source, rewrite
 from kbot.text.edits import unified_diff
 from kbot.text.files import unsaved
+from kbot.text.folders import names_in
 from kbot.text.notes import note
 from kbot.text.render import count, render_text, to_json
 from kbot.text.suggest import did_you_mean
@@ -274,7 +275,7 @@ def _resolve(word: str, packages: Packages) -> str:
             [Diagnostic("F001", Severity.ERROR, error.problem, None, error.hint)]
         ) from None
     except PackageNotFound as error:
-        hint = did_you_mean(word, [path.name for path in Path().iterdir()]) or error.hint
+        hint = did_you_mean(word, names_in("")) or error.hint
         message = f"there is no file, folder or package '{word}'"
         raise DescriptionError([Diagnostic("F001", Severity.ERROR, message, None, hint)]) from None
 

@@ -18,7 +18,7 @@ from kbot.cli.arguments import (
     package_path_option,
     split_arguments,
 )
-from kbot.cli.output import print_json
+from kbot.cli.output import print_json, unwritten_reported
 from kbot.cli.progress import busy
 from kbot.text.errors import KbotError
 from kbot.text.files import write_bytes, write_text
@@ -100,7 +100,8 @@ def command(
 
     with ExitStack() as stack:
         try:
-            comparison, pair = _compare(words, scenarios, batteries, jobs, package_path, stack)
+            with unwritten_reported(markdown, film):
+                comparison, pair = _compare(words, scenarios, batteries, jobs, package_path, stack)
             if pair is None and (film is not None or show):
                 raise KbotError("--film and --show need robots. To see a recording, use kbot view FILE")
         except (Exception, KeyboardInterrupt):
@@ -114,7 +115,8 @@ def command(
         if markdown is not None:  # after the result, which is not lost if the file cannot be written
             write_text(markdown, encodable(to_markdown(comparison)))
         if pair is not None and film is not None:
-            _film(pair, comparison, film)
+            with unwritten_reported(film):
+                _film(pair, comparison, film)
         if pair is not None and show:
             _show(pair, comparison)
     return 1 if comparison.is_changed else 0

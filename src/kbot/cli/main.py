@@ -1,6 +1,6 @@
 """Runs the verb that the user typed, and turns errors into messages and exit statuses.
 
-Exit status: 0 success, 1 findings, 2 unusable input or arguments, 130 interrupted.
+Exit status: 0 success, 1 findings, 2 unusable input or arguments, 130 interrupted, 143 SIGTERM, 129 SIGHUP.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ from kbot.extensions import parts
 from kbot.text.crash import report_thread_error
 from kbot.text.errors import KbotError
 from kbot.text.notes import notes_sent_to
+from kbot.text.signals import INTERRUPTED, interrupted_by_all
 from kbot.text.suggest import did_you_mean
+from kbot.text.temporary import remove_all, remove_left
 
 if TYPE_CHECKING:
     from kbot.xacro.result import Expansion
@@ -126,6 +128,8 @@ def group() -> None:
 
     Run `kbot VERB --help` for the options of a verb and examples.
     """
+    remove_left()
+    click.get_current_context().call_on_close(remove_all)  # os._exit may end KBot
 
 
 def main(words: Sequence[str] | None = None, expanded: tuple[Expansion, Sequence[str]] | None = None) -> None:
@@ -143,6 +147,12 @@ def run(words: Sequence[str], expanded: tuple[Expansion, Sequence[str]] | None =
     """Run the command line and return its exit status. A verb may return one, or call `ctx.exit`."""
     if "_KBOT_COMPLETE" in os.environ:
         group.main(list(words), prog_name="kbot")
+    with interrupted_by_all() as ending:
+        status = _run(words, expanded)
+    return 128 + ending.number if ending.number and status == INTERRUPTED else status
+
+
+def _run(words: Sequence[str], expanded: tuple[Expansion, Sequence[str]] | None) -> int:
     try:
         with notes_sent_to(_print_note), group.make_context("kbot", list(words), obj=expanded) as context:
             status = group.invoke(context)
@@ -156,8 +166,9 @@ def run(words: Sequence[str], expanded: tuple[Expansion, Sequence[str]] | None =
             report_error(error)
         return 2
     except (KeyboardInterrupt, click.Abort):
-        click.echo(err=True)
-        return 130
+        with suppress(OSError):  # the terminal was closed
+            click.echo(err=True)
+        return INTERRUPTED
     return status if isinstance(status, int) else 0
 
 

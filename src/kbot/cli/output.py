@@ -7,7 +7,8 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn, TextIO
 
 import click
@@ -60,6 +61,21 @@ def report_for_page(loaded: Loaded) -> None:
 def print_note(text: str) -> None:
     """Print a line to stderr: stdout is for results only."""
     click.echo(text, err=True)
+
+
+@contextmanager
+def unwritten_reported(*paths: str | None) -> Iterator[None]:
+    """If Ctrl-C, SIGTERM or a closed terminal ends the block, report that these files were not written."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        report_unwritten(*paths)
+        raise
+
+
+def report_unwritten(*paths: str | None) -> None:
+    if names := ", ".join(filter(None, paths)):
+        print_note(f"interrupted: nothing was written to {names}")
 
 
 def print_fix_command(diagnostics: Iterable[Diagnostic]) -> None:

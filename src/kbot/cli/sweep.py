@@ -21,7 +21,7 @@ from kbot.cli.arguments import (
     json_option,
     package_path_option,
 )
-from kbot.cli.output import fail, print_json, print_note
+from kbot.cli.output import fail, print_json, print_note, report_unwritten, unwritten_reported
 from kbot.cli.progress import busy, counting
 from kbot.text.outputs import require_different, require_place, require_report_place
 
@@ -181,7 +181,8 @@ def command(
     """
     with ExitStack() as opened:
         try:
-            ran = _run(words, options, execution, outputs, opened)
+            with unwritten_reported(outputs.html, outputs.write):
+                ran = _run(words, options, execution, outputs, opened)
             text = ran.results.to_json() if as_json else ran.summary()
         except (Exception, KeyboardInterrupt):  # Ctrl-C before the first run
             if as_json:
@@ -196,6 +197,7 @@ def command(
         if not ran.is_complete:
             done, runs = ran.results.done, ran.results.plan.runs
             print_note(f"interrupted after {done} of {runs} runs. The same command continues")
+            report_unwritten(outputs.html, outputs.write)
             return INTERRUPTED
         _write_outputs(ran.results, outputs, execution, ran.pool, as_json=as_json)
         return COMPLETE if ran.results.passed else ALL_FAILED
@@ -244,17 +246,20 @@ def _run(
     sweep = opened.enter_context(opened_sweep(plan, execution.out))
     if sweep.journal.count and sweep.missing:
         print_note(f"continuing: {sweep.journal.count} of {plan.runs} runs are finished")
-    with busy("running the first design"):
-        rehearse(sweep, pool, execution.limit_time, confirmed=execution.confirmed)
     is_complete = True
-    with (
-        counting("running", sweep.missing) as advance,
-        _executor(execution, plan, pool, execution.out) as executor,
-    ):
-        try:
+    try:
+        with busy("running the first design"):
+            rehearse(sweep, pool, execution.limit_time, confirmed=execution.confirmed)
+        with (
+            counting("running", sweep.missing) as advance,
+            _executor(execution, plan, pool, execution.out) as executor,
+        ):
             sweep.run(executor, advance)
-        except KeyboardInterrupt:
-            is_complete = False
+    except KeyboardInterrupt:
+        if not sweep.journal.count:  # no run is finished
+            raise
+        is_complete = False
+        sweep.write_finished()  # Ctrl-C may come before the search, which writes it too
     return _SweepResult(sweep.results(), pool, is_complete, time.monotonic() - begun)
 
 
@@ -311,10 +316,11 @@ def _write_outputs(
             else None
         )
         film = None
-        if shown is not None:
-            with busy(f"filming design {shown.number}"):
-                film = film_of(results.plan, shown, pool, execution.limit_time)
-        write_report(outputs.html, results, shown, film)
+        with unwritten_reported(outputs.html, outputs.write):
+            if shown is not None:
+                with busy(f"filming design {shown.number}"):
+                    film = film_of(results.plan, shown, pool, execution.limit_time)
+            write_report(outputs.html, results, shown, film)
         print_note(f"wrote {outputs.html}")
     if outputs.write is not None:
         _write_design(

@@ -21,7 +21,15 @@ from kbot.cli.arguments import (
     package_path_option,
     split_arguments,
 )
-from kbot.cli.output import fail, has_color, print_json, print_note, report_error
+from kbot.cli.output import (
+    fail,
+    has_color,
+    print_json,
+    print_note,
+    report_error,
+    report_unwritten,
+    unwritten_reported,
+)
 from kbot.cli.progress import busy, counting
 from kbot.text import KbotError
 from kbot.text.files import write_text
@@ -61,6 +69,10 @@ class _Reports:
     junit: str | None
     html: str | None
     csv: str | None
+
+    @property
+    def paths(self) -> tuple[str | None, ...]:
+        return self.junit, self.html, self.csv
 
     def require_writable(self) -> None:
         """Raises KbotError: a file cannot be written, or is not a report. The trials may take long."""
@@ -150,7 +162,7 @@ def command(
     recording, which kbot view shows.
 
     Exit status: 0 all passed; 1 a trial failed; 2 a scenario or all robots cannot be used; 130 Ctrl-C, after
-    the results so far.
+    the results so far. SIGTERM and a closed terminal also end with the results so far.
     """
     if schema:
         from kbot.trials.schema import json_schema
@@ -183,7 +195,7 @@ def _try(
     from kbot.trials.pool import Pool  # imported lazily, so that -h stays fast
 
     begun, clock = datetime.now().astimezone(), time.monotonic()
-    with Pool(running.jobs) as pool:
+    with unwritten_reported(*reports.paths), Pool(running.jobs) as pool:
         selection = _select(pool, paths, values, choice)
         for error in selection.errors:
             report_error(error)
@@ -193,7 +205,10 @@ def _try(
             _list(selection.tasks)
             return UNUSABLE if selection.errors else PASSED
         if not selection.tasks and not reports.as_json:
-            return INTERRUPTED if pool.interrupted else UNUSABLE
+            if not pool.interrupted:
+                return UNUSABLE
+            report_unwritten(*reports.paths)
+            return INTERRUPTED
         done = _run(pool, selection.tasks, running, with_film=reports.html is not None)
     nothing_ran = all(task.error for task in selection.tasks)
     if nothing_ran and not selection.errors:
@@ -254,6 +269,8 @@ def _run(
             )
         except OSError as error:
             print_note(f"failed trials are not recorded: {error.filename}: {error.strerror}")
+        except KeyboardInterrupt:  # between two of them
+            pool.interrupted = True
     return list(zip(ran, found, strict=True))
 
 

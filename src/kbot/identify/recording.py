@@ -6,7 +6,6 @@ from `map` of a localisation, the poses of a localisation or of motion capture, 
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,6 +22,7 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages.types import yaw_of
 from kbot.record.entry import RecordedMessage
+from kbot.record.formats import read_fields
 from kbot.record.reader import Recording
 from kbot.record.recorder import COMMANDS_TOPIC
 from kbot.record.world_recorder import POSES_TOPIC
@@ -222,10 +222,13 @@ def _read(path: str, nominal: Nominal) -> _Contents:
 
 def _add_command(found: _Contents, entry: RecordedMessage) -> None:
     """Add a command that a simulation of KBot received without a topic."""
-    note = json.loads(entry.message().data)
-    if isinstance(note, dict) and note.get("do") == "twist":
+    note = read_fields(entry)
+    if note.get("do") == "twist":
+        linear, angular = note.get("linear"), note.get("angular")
+        if not (isinstance(linear, int | float) and isinstance(angular, int | float)):
+            raise KbotError(f"{entry.place} was not written by KBot: it is not a twist")
         series = found.commands.setdefault(entry.topic, _Series())
-        series.add(entry.nanoseconds * 1e-9, float(note["linear"]), float(note["angular"]))
+        series.add(entry.nanoseconds * 1e-9, float(linear), float(angular))
 
 
 def _time(message: Any, entry: RecordedMessage) -> float:  # noqa: ANN401 - a message of ROS

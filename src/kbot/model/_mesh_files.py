@@ -11,6 +11,7 @@ from trimesh.resolvers import Resolver
 
 from kbot.model._mesh_limits import MOST_NAMED_BYTES
 from kbot.text.files import read_bytes
+from kbot.text.folders import files_below
 
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 """Otherwise, trimesh prints tracebacks to stderr for textures that it does not find."""
@@ -50,7 +51,8 @@ class PackageFiles(Resolver):
         raise FileNotFoundError(name)
 
     def keys(self) -> Iterator[str]:
-        return (str(path.relative_to(self._folder)) for path in self._folder.rglob("*") if path.is_file())
+        files = files_below(self._folder, lambda name: True)
+        return (str(Path(file).relative_to(self._folder)) for file in files)
 
     def namespaced(self, namespace: str) -> PackageFiles:
         return PackageFiles(str(self._folder / namespace / "mesh"))

@@ -14,6 +14,7 @@ from kbot.record.names import BAGS
 from kbot.text import KbotError
 from kbot.text.errors import reading
 from kbot.text.files import refuse_lfs_pointer
+from kbot.text.folders import names_in
 from kbot.text.suggest import did_you_mean
 
 
@@ -166,8 +167,7 @@ def readable_part(path: str) -> str:
 def _source(path: str) -> RecordingSource:
     file = Path(path)
     if not file.exists():
-        siblings = [item.name for item in file.parent.iterdir()] if file.parent.is_dir() else []
-        hint = did_you_mean(file.name, siblings)
+        hint = did_you_mean(file.name, names_in(file.parent))
         raise KbotError(f"{path} does not exist" + (f": {hint}" if hint else ""))
     if not (file.is_dir() or file.is_file()):
         raise KbotError(f"{path} is neither a file nor a folder")

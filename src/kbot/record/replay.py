@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import isclose
 from typing import Any
 
 from kbot.kinematics.planar_pose import PlanarPose
@@ -28,6 +29,8 @@ from kbot.tf.static_transforms import from_json, publish_static_transforms
 from kbot.xacro import Packages
 
 Note = Mapping[str, Any]  # Any: JSON
+_NOT_OF_KBOT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""What is raised for values that KBot does not record: wrong types, missing keys, too large numbers."""
 
 
 def read_command(entry: RecordedMessage) -> dict[str, Any]:
@@ -129,6 +132,12 @@ def _robot(simulation: Simulation, note: Note) -> SimulatedRobot:
     return simulation.robots.named(note.get("robot"))
 
 
+_LONGEST_SILENCE = 3600.0
+"""Seconds without a message before an action. A damaged step must not simulate for ever."""
+_LONGEST_REASON = 200
+"""Characters of a reason. It may quote any text of the recording."""
+
+
 class ReturnStates:
     """The earlier states that a run returned to, saved when the replay reaches them.
 
@@ -205,6 +214,7 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     simulation = _simulation(path, recording, summary, packages)
     comparison = _Comparison(recording, frozenset(filter(_is_repeated, summary.topics)))
     comparison.subscribe(Feed(simulation.bus, lambda: simulation.clock.nanoseconds))
+    most = round(((summary.end or 0) * 1e-9 + _LONGEST_SILENCE) / simulation.timestep)
     last = 0
     if summary.kind != "MCAP":
         _refuse_resets(recording, summary)
@@ -213,13 +223,24 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
         if entry.topic == COMMANDS_TOPIC:
             command = read_command(entry)
             states.save(simulation)
-            _repeat(simulation, command, round(last / (simulation.timestep * 1e9)), states)
+            try:
+                if max(command["step"], command.get("after", 0)) > most:
+                    raise ValueError("its step is after the end of the recording")
+                _repeat(simulation, command, round(last / (simulation.timestep * 1e9)), states)
+            except _NOT_OF_KBOT as error:
+                what = " ".join(repr(error).split())[:_LONGEST_REASON]
+                raise KbotError(f"{entry.place} is not a valid command record: {what}") from None
             comparison.subscribe_new()
             last = simulation.clock.nanoseconds
         else:
             last = entry.nanoseconds
     end = summary.notes.get("kbot.end", {})
-    final = int(end["steps"]) if "steps" in end else round(last / (simulation.timestep * 1e9))
+    try:
+        final = int(end["steps"]) if "steps" in end else round(last / (simulation.timestep * 1e9))
+        if not isclose(final * simulation.timestep, float(end.get("time", final * simulation.timestep))):
+            raise ValueError
+    except (ValueError, OverflowError):
+        raise _damaged(path) from None
     simulation.step(max(0, final - simulation.steps))
     state = simulation.state_sha256() == end["state_sha256"] if "state_sha256" in end else None
     difference = comparison.finish(bool(end))
@@ -239,30 +260,34 @@ def _simulation(path: str, recording: Recording, summary: Summary, packages: Pac
         raise KbotError(f"{path} was cut from a recording: only a whole recording can be replayed")
     if facts is None or text is None:
         raise KbotError(f"{path} cannot be replayed: it is not a recording by KBot with robot and world")
-    if facts["first_step"] != "0":
-        raise KbotError(f"{path} begins at step {facts['first_step']} of its run, so it cannot be replayed")
+    if (first := facts.get("first_step", "0")) != "0":
+        raise KbotError(f"{path} begins at step {first} of its run, so it cannot be replayed")
     robot = load_robot_text(text, f"{path}.urdf", packages=packages).require()
     try:
         seed, timestep = int(facts["seed"]), float(facts["timestep"])
         start = PlanarPose(*parse_json(facts.get("start", "[0, 0, 0]")))
         naming = Naming(*parse_json(facts.get("naming", "[]")))
         transforms = from_json(facts.get(TRANSFORMS, "[]"))
-    except (LookupError, TypeError, ValueError):
-        raise KbotError(f"{path} cannot be replayed: its metadata is damaged") from None
-    simulation = Simulation(
-        robot,
-        facts["world"],
-        seed,
-        timestep=timestep,
-        contacts=facts["contacts"],
-        start=start,
-        naming=naming,
-    )
+        simulation = Simulation(
+            robot,
+            facts["world"],
+            seed,
+            timestep=timestep,
+            contacts=facts["contacts"],
+            start=start,
+            naming=naming,
+        )
+    except _NOT_OF_KBOT:
+        raise _damaged(path) from None
     if facts.get(NODES) == STATE_PUBLISHER:
         StatePublishers(simulation)
     if transforms:
         publish_static_transforms(simulation.bus, simulation.clock, transforms)
     return simulation
+
+
+def _damaged(path: str) -> KbotError:
+    return KbotError(f"{path} cannot be replayed: its metadata is damaged")
 
 
 def _refuse_resets(recording: Recording, summary: Summary) -> None:

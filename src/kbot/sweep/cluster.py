@@ -9,10 +9,8 @@ from __future__ import annotations
 import logging
 import os
 import re
-import shutil
 import socket
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,6 +25,7 @@ from kbot.sweep.executor import Finished
 from kbot.sweep.processes import AHEAD
 from kbot.text import KbotError
 from kbot.text.notes import note
+from kbot.text.temporary import TemporaryFolder
 from kbot.trials.pool import ATTEMPTS, LimitedTask, Outcome, Pool, Task, result_of, run_task, seconds_of
 from kbot.trials.results import TrialResult
 from kbot.worker.cores import available_cores
@@ -153,8 +152,7 @@ class RayCluster:
         ray = self._ray = _imported()
         options: dict[str, Any] = {}
         if self._address == LOCAL:
-            folder = tempfile.mkdtemp(prefix="kbot-ray-")
-            self._opened.callback(shutil.rmtree, folder, ignore_errors=True)
+            folder = str(self._opened.enter_context(TemporaryFolder("ray")))
             options = {
                 "num_cpus": self._jobs or available_cores(),
                 "include_dashboard": False,
@@ -172,6 +170,7 @@ class RayCluster:
         try:
             if self._address not in (LOCAL, "auto"):
                 _require_answer(self._address)
+            # Ray's own processes end with this one: kernel_fate_share in ray/_private/node.py
             with _without_stderr():
                 ray.init(self._address, log_to_driver=False, logging_level=logging.CRITICAL, **options)
         except Exception as error:  # noqa: BLE001 - Ray raises many kinds

@@ -64,7 +64,7 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
             text = json.dumps(plan.to_json(), indent=2, ensure_ascii=False)
             write_text(described, encodable(text) + "\n")  # names of files may have any bytes
         try:
-            with Journal(finished, plan.runs) as journal:
+            with Journal(finished, plan) as journal:
                 yield journal
         finally:
             if finished.exists() and not finished.stat().st_size:

@@ -1,13 +1,14 @@
 """The record of finished runs: one line of JSON each, which survives every interruption.
 
-A line that is not a row of the sweep, as after a loss of power or an edit, is reported and ignored. Its run
-is executed again.
+A line that is not a row, as after a loss of power, is reported and ignored. Its run is executed again. A row
+that was edited, or that has another run than the plan, is an error: its result may be any other one.
 """
 
 from __future__ import annotations
 
 import os
 import time
+import zlib
 from array import array
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -15,16 +16,25 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from kbot.sweep.space import Value, Values
-from kbot.text import KbotError
+from kbot.sweep.space import LARGEST, Values
+from kbot.text import KbotError, Source
 from kbot.text.notes import note
-from kbot.text.render import encodable
+from kbot.text.render import encodable, printable
+from kbot.text.yaml import YamlError, read_yaml
+
+if TYPE_CHECKING:
+    from kbot.sweep.plan import Plan
 
 NEWLINE = b"\n"
+_CHECKSUM = b',"crc32":"%08x"}\n'
+"""The end of each line: the CRC-32 of all before it. It differs after each edit of up to 32 adjacent bits,
+and after all but one of four billion other edits."""
+DELETE = "Delete this line to run it again, or choose another folder with --out"
+"""What to do about a line that is not what KBot wrote."""
 LONGEST_LINE = 1_000_000
 """Bytes of a line that is read. A run has a few thousand."""
 _LONGEST_REASON = 10_000
@@ -65,13 +75,13 @@ class Row:
 class Journal:
     """The file of finished runs."""
 
-    def __init__(self, path: Path, runs: int) -> None:
-        """Open the file of a sweep with this number of runs, or create it.
+    def __init__(self, path: Path, plan: Plan) -> None:
+        """Open the file of a sweep, or create it.
 
         Raises:
-            KbotError: it cannot be read or written.
+            KbotError: it cannot be read or written, or a row was edited or is not of this plan.
         """
-        self.path, self._runs = path, runs
+        self.path, self._plan = path, plan
         self.count = 0
         """The number of finished runs."""
         self.measures: dict[str, None] = {}
@@ -106,7 +116,7 @@ class Journal:
         """
         # a user's program may raise any text
         reason = None if row.reason is None else encodable(row.reason[:_LONGEST_REASON])
-        line = orjson.dumps(replace(row, reason=reason, scenario=encodable(row.scenario))) + NEWLINE
+        line = _line(replace(row, reason=reason, scenario=encodable(row.scenario)))
         try:
             self._write(line)
         except OSError as error:
@@ -116,6 +126,15 @@ class Journal:
                 f"{self.path} cannot be written: {error.strerror}. Finished runs are kept ({self.count}). "
                 "Run the same command again to continue"
             ) from None
+        except KeyboardInterrupt:
+            if os.fstat(self._file).st_size == self._end + len(line):  # it came after the last byte
+                self._count(row, line)
+            else:
+                self._cut()
+            raise
+        self._count(row, line)
+
+    def _count(self, row: Row, line: bytes) -> None:
         self._add(row.run, self._end, row.measures)
         self._end += len(line)
 
@@ -135,9 +154,13 @@ class Journal:
             file.seek(self._offsets[run])
             return _row(file.readline())
 
-    def place(self, run: int) -> str:
-        """The file and line of a finished run."""
-        return f"{self.path}:{self.path.read_bytes()[: self._offsets[run]].count(NEWLINE) + 1}"
+    def place(self, run: int, *keys: str) -> str:
+        """The file, line and column of a value of a finished run."""
+        with self.path.open("rb") as file:
+            number = 1
+            while file.tell() < self._offsets[run]:
+                number += file.readline().endswith(NEWLINE)
+            return self._place(number, file.readline(), *keys)
 
     def _write(self, line: bytes) -> None:
         rest = line
@@ -151,51 +174,61 @@ class Journal:
         """Find the rows. Returns where the next one begins: after the last complete line.
 
         Raises:
-            KbotError: a line is far longer than a run.
+            KbotError: a line is far longer than a run, was edited, or is not of this plan.
         """
         offset = 0
-        ignored: list[int] = []
+        ignored, first = 0, ""
         with self.path.open("rb") as file:
             for number, line in enumerate(iter(partial(file.readline, LONGEST_LINE + 1), b""), 1):
                 if len(line) > LONGEST_LINE:
                     raise KbotError(
-                        f"{self.path}:{number} is not a run of a sweep: it is longer than {LONGEST_LINE} "
-                        "bytes. Delete this line, or choose another folder with --out"
+                        f"{self.path}:{number}:1: the line is not a run of a sweep: it is longer than "
+                        f"{LONGEST_LINE:,} bytes. Delete this line, or choose another folder with --out"
                     )
                 if not line.endswith(NEWLINE):
                     break
-                row = None
-                with suppress(orjson.JSONDecodeError, KeyError, TypeError):
-                    row = _row(line)
-                if row is not None and self._is_valid(row) and row.run not in self:
+                try:
+                    row = self._checked(line)
                     self._add(row.run, offset, row.measures)
-                else:
-                    ignored.append(number)
+                except _Fault as error:
+                    ignored += 1
+                    if ignored == 1 or error.is_row:
+                        place = self._place(number, line, *error.keys, column=error.column)
+                        first = f"{place}: {error}"
+                    if error.is_row:
+                        raise KbotError(f"{first}. {DELETE}") from None
                 offset += len(line)
         if ignored:
-            more = f", and {len(ignored) - 1} more of its lines," if len(ignored) > 1 else ""
-            note(f"{self.path}:{ignored[0]}{more} is not a run of this sweep. It is ignored")
+            more = f", and so are {ignored - 1} more" if ignored > 1 else ""
+            note(f"{first}. The line is not a run of this sweep and is ignored{more}")
         return offset
+
+    def _checked(self, line: bytes) -> Row:
+        """The row of a line. Raises _Fault."""
+        row = _row(line)
+        if not 0 <= row.run < self._plan.runs:
+            raise _Fault(f"the sweep has {self._plan.runs} runs, and no run {row.run}", "run")
+        if row.run in self:
+            raise _Fault(f"run {row.run} is recorded twice", "run", is_row=True)
+        difference = self._plan.difference(row)
+        if difference:
+            raise _Fault(*difference, is_row=True)
+        if line != _line(row):
+            raise _Fault(f"the line of run {row.run} was changed after it was written", is_row=True)
+        return row
+
+    def _place(self, number: int, line: bytes, *keys: str, column: int = 1) -> str:
+        """The place of a value in a line, or else of a column."""
+        with suppress(YamlError):
+            if keys:  # JSON is YAML, whose reader knows the places of values
+                text = line.decode("utf-8", "replace")
+                column = read_yaml(Source("", text)).span(*keys).column
+        return f"{self.path}:{number}:{column}"
 
     def _cut(self) -> None:
         """Remove what follows the last complete line, and write there next."""
         os.ftruncate(self._file, self._end)
         os.lseek(self._file, self._end, os.SEEK_SET)
-
-    def _is_valid(self, row: Row) -> bool:
-        """Whether a row has values of the right types that agree, and the number of a run of the sweep."""
-        numbers = (row.run, row.design, row.seed)
-        texts = (row.scenario, row.state_sha256, "" if row.reason is None else row.reason)
-        return (
-            all(type(each) is int for each in numbers)
-            and all(isinstance(each, str) for each in texts)
-            and isinstance(row.passed, bool)
-            and row.passed == (row.reason is None)
-            and isinstance(row.measures, dict)
-            and all(each is None or isinstance(each, int | float) for each in row.measures.values())
-            and all(isinstance(each, int | float | str) for each in row.values)
-            and 0 <= row.run < self._runs
-        )
 
     def _add(self, run: int, offset: int, measures: Mapping[str, float | None]) -> None:
         if run >= len(self._offsets):
@@ -206,7 +239,63 @@ class Journal:
             self.measures.setdefault(name)
 
 
+class _Fault(Exception):
+    """A line is not a row. If `is_row`, it is one, but not the one that KBot wrote.
+
+    The message has the reason. `keys` is the path of the wrong value, or `column` the place in the line.
+    """
+
+    def __init__(self, problem: str, *keys: str, is_row: bool = False, column: int = 1) -> None:
+        super().__init__(problem)
+        self.keys, self.is_row, self.column = keys, is_row, column
+
+
+def _line(row: Row) -> bytes:
+    text = orjson.dumps(row).removesuffix(b"}")
+    return text + _CHECKSUM % zlib.crc32(text)
+
+
+_TYPES: dict[str, tuple[type, ...]] = {
+    "run": (int,),
+    "design": (int,),
+    "values": (list,),
+    "scenario": (str,),
+    "seed": (int,),
+    "passed": (bool,),
+    "reason": (str, type(None)),
+    "state_sha256": (str,),
+    "measures": (dict,),
+    "crc32": (str,),
+}
+"""The keys of a line, and the types of their values. `True` is not an integer here."""
+
+
 def _row(line: bytes) -> Row:
-    found: dict[str, Any] = orjson.loads(line)
-    values: list[Value] = found["values"]
-    return Row(**{**found, "values": tuple(values)})
+    """The row of a line. Raises _Fault: it has other keys, or values of other types."""
+    try:
+        found: Any = orjson.loads(line)
+    except orjson.JSONDecodeError as error:
+        raise _Fault("it is not JSON", column=error.colno) from None
+    if not isinstance(found, dict):
+        raise _Fault("it is not an object of JSON")
+    for key in (*_TYPES, *found):
+        if key not in found:
+            raise _Fault(f"'{key}' is missing")
+        if key not in _TYPES:
+            raise _Fault(f"a run has no '{printable(key)[:50]}'", key)
+        if type(found[key]) not in _TYPES[key]:
+            raise _Fault(f"'{key}' has another type", key)
+    for key in ("run", "design", "seed"):
+        if abs(found[key]) > LARGEST:
+            raise _Fault(f"'{key}' has more than 64 bits", key)
+    for index, value in enumerate(found["values"]):
+        if type(value) not in (int, float, str):
+            raise _Fault("a value is neither a number nor a text", "values", str(index))
+    for name, value in found["measures"].items():
+        if type(value) not in (int, float, type(None)):
+            raise _Fault("the value of a measure is not a number", "measures", name)
+    if found["passed"] != (found["reason"] is None):
+        raise _Fault("only a run that did not pass has a reason", "reason")
+    return Row(
+        **{key: value for key, value in found.items() if key != "crc32"} | {"values": tuple(found["values"])}
+    )

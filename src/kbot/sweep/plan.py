@@ -12,12 +12,13 @@ from kbot.sweep.designs import Method
 from kbot.sweep.journal import Row
 from kbot.sweep.objectives import Objective
 from kbot.sweep.space import Space, Target, Values
+from kbot.text.render import encodable
 from kbot.trials.pool import Task
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource
 
-SCHEMA = 1
-"""Version of the file `sweep.json`."""
+SCHEMA = 2
+"""Version of the files `sweep.json` and `runs.jsonl`."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,30 @@ class Plan:
             result.state_sha256,
             result.all_values,
         )
+
+    def difference(self, row: Row) -> tuple[str, ...] | None:
+        """How a row differs from what its run executes, with the path of the value that differs. None if it
+        does not. The values of a design are compared where it is chosen: they may depend on earlier results.
+        """
+        task, name = self.trials[row.run % len(self.trials)], f"run {row.run} is recorded"
+        design = row.run // len(self.trials)
+        if row.design != design:
+            return f"{name} for design {row.design}, but it is of design {design}", "design"
+        if len(row.values) != len(self.space.dimensions):
+            count = len(self.space.dimensions)
+            return f"{name} with {len(row.values)} values, but {count} vary", "values"
+        seed = task.seed
+        for index, (dimension, value) in enumerate(zip(self.space.dimensions, row.values, strict=True)):
+            if not dimension.has(value):
+                shown = f"'{value}'"[:50]
+                return f"{name} with {dimension.name} = {shown}, which it cannot be", "values", str(index)
+            if dimension.target is Target.SEED:
+                seed = int(value)
+        if row.seed != seed:
+            return f"{name} with the seed {row.seed}, but it has the seed {seed}", "seed"
+        if row.scenario != encodable(task.scenario.name):
+            return f"{name} with another scenario, but it is of '{task.scenario.name}'", "scenario"
+        return None
 
     def repeated_row(self, run: int, row: Row) -> Row:
         """The row of a run with the result of another one, whose design has the same values."""

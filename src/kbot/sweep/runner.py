@@ -45,12 +45,12 @@ class Sweep:
             search(self.plan, self.journal, executor, on_done)
         except BaseException:
             with suppress(KbotError):  # the first error is reported
-                self._write_table()
+                self.write_finished()
             raise
-        self._write_table()
+        self.write_finished()
 
-    def _write_table(self) -> None:
-        """Write the table, and report files that changed after they were read for the plan."""
+    def write_finished(self) -> None:
+        """Write the table of the finished runs, and report files that changed since the plan read them."""
         changed = changed_files(self.plan.files)
         if changed:
             more = f" and {len(changed) - 1} more" if len(changed) > 1 else ""

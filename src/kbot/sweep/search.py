@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from kbot.sweep.designs import Designs, Grid, LatinHypercube, Method, Random
 from kbot.sweep.executor import Executor
-from kbot.sweep.journal import Journal, Row
+from kbot.sweep.journal import DELETE, Journal, Row
 from kbot.sweep.objectives import Objective
 from kbot.sweep.plan import Plan
 from kbot.sweep.space import Space, Values
@@ -141,10 +141,10 @@ class _Missing:
         """Raises KbotError: the journal was edited, and a row is not of its run's design."""
         if (row.design, row.values) != (design, values):
             found, wanted = (", ".join(map(str, each)) for each in (row.values, values))
+            where = self._journal.place(row.run, "values")
             raise KbotError(
-                f"{self._journal.place(row.run)}: run {row.run} is recorded for design {row.design} with "
-                f"{found}, but it is of design {design} with {wanted}. Delete this line to run it again, or "
-                "choose another folder with --out"
+                f"{where}: run {row.run} is recorded for design {row.design} with {found}, but it is of "
+                f"design {design} with {wanted}. {DELETE}"
             )
 
     def _report(self, design: int) -> None:

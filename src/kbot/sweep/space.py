@@ -148,6 +148,14 @@ class Dimension:
         ends = (self.domain.low, self.domain.nth(1) if self.domain.count > 1 else self.domain.low)
         return int if all(isinstance(each, int) for each in ends) else float
 
+    def has(self, value: Value) -> bool:
+        """Whether a value can be one of its values: it is in their list, or has their type."""
+        if isinstance(self.domain, Choices):
+            return value in self.domain.values
+        if isinstance(value, int):
+            return abs(value) <= LARGEST
+        return self.kind is float and isinstance(value, float)
+
     @property
     def is_integer_range(self) -> bool:
         """Whether it was typed as `low:high` with integers, which may be meant as all numbers between."""

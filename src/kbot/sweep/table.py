@@ -81,9 +81,10 @@ def _batch(rows: list[Row], schema: pyarrow.Schema, plan: Plan) -> pyarrow.Recor
 
     columns: dict[str, list[Any]] = {name: [getattr(row, name) for row in rows] for name in RUN_COLUMNS}
     for index, dimension in enumerate(plan.space.dimensions):
-        columns.setdefault(column_of(dimension), [row.values[index] for row in rows])
+        columns.setdefault(column_of(dimension), [dimension.kind(row.values[index]) for row in rows])
     for name in schema.names:
         if name not in columns:
-            columns[name] = [row.measures.get(name) for row in rows]
+            found = [row.measures.get(name) for row in rows]
+            columns[name] = [None if value is None else float(value) for value in found]
     arrays = [pyarrow.array(columns[field.name], field.type) for field in schema]
     return pyarrow.record_batch(arrays, schema=schema)

@@ -324,12 +324,12 @@ def _missing(name: str, search: bool) -> tuple[str, str]:
     each search takes time.
     """
     folder, last = os.path.split(name)
-    siblings: list[str] = []
     with suppress(OSError):  # files in /proc may disappear, and some of its links have no target
         if os.path.islink(name):
             return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
-        siblings = os.listdir(folder or ".")
-    hint = str(did_you_mean(last, siblings))
+    from kbot.text.folders import names_in  # cycle: rarely needed, and slower to import than this module
+
+    hint = str(did_you_mean(last, names_in(folder)))
     if search and last and not folder and not hint:
         found = _find_below(last)
         hint = f"did you mean {found[0]}?" if len(found) == 1 else ""

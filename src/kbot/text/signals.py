@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -13,6 +14,40 @@ INTERRUPTED = 130
 """Exit status after Ctrl-C, as in a shell: 128 + SIGINT."""
 AGAIN_SECONDS = 0.05
 """Seconds after which a discarded interruption is raised again. Destructors and callbacks take less."""
+REPEAT_SECONDS = 1.0
+"""Seconds in which a repeated signal counts once. `timeout` sends it to the process and to its group."""
+
+
+class Ending:
+    """The signal that interrupted a block, or 0, and when."""
+
+    number = 0
+    at = 0.0
+
+
+@contextmanager
+def interrupted_by_all() -> Iterator[Ending]:
+    """Let SIGTERM and SIGHUP end the block as Ctrl-C does, with KeyboardInterrupt: what is finished is
+    reported, and temporary folders are removed."""
+    ending = Ending()
+
+    def interrupt(number: int, frame: object) -> None:
+        now = time.monotonic()
+        if ending.number and now - ending.at < REPEAT_SECONDS:
+            return
+        ending.number, ending.at = number, now
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield ending
+        return
+    others = [number for number in ending_signals() if number != signal.SIGINT]
+    before = {number: signal.signal(number, interrupt) for number in others}
+    try:
+        yield ending
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def ending_signals() -> list[signal.Signals]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from kbot.learn.policies.policy import Policy
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import KbotError
+from kbot.text.folders import names_in
 from kbot.text.suggest import did_you_mean
 from kbot.trials.actions import Action, DriveWithPolicy, RunScript
 from kbot.trials.robot_folder import robot_of_folder
@@ -52,10 +53,7 @@ def find_policy(name: str, folder: Path) -> str:
 
 def _near(path: Path) -> str:
     """A hint to a file with a similar name."""
-    try:
-        near = did_you_mean(path.name, [each.name for each in path.parent.iterdir()])
-    except (OSError, ValueError):  # there is no such folder, or it is not readable
-        return ""
+    near = did_you_mean(path.name, names_in(path.parent))
     return f" ({near})" if near else ""
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from kbot.checks.folder_files import entry_points
 from kbot.model.load import load_robot
 from kbot.text import DescriptionError, KbotError
+from kbot.text.folders import files_below
 from kbot.xacro import Packages
 from kbot.xacro.packages import package_around
 
@@ -37,7 +38,7 @@ def robot_of_folder(folder: str, package_path: Sequence[str] = (), shown: Callab
     errors.
 
     Raises:
-        KbotError: the folder has no robot, or several.
+        KbotError: the folder has no robot, several, or too many files.
     """
     try:
         robots = {file for file in entry_points(folder) if file.endswith(_ROBOT)}
@@ -54,7 +55,7 @@ def robot_of_folder(folder: str, package_path: Sequence[str] = (), shown: Callab
 
 def _of_includes(folder: str, package_path: Sequence[str]) -> Iterator[str]:
     """The descriptions of a folder that are a whole robot only with the files that they include."""
-    files = (str(file) for file in Path(folder).rglob("*") if file.name.endswith(_ROBOT))
+    files = files_below(folder, lambda name: name.endswith(_ROBOT))
     loaded = {
         file: load_robot(file, packages=Packages((*own_package(file), *package_path)))
         for file in sorted(files)[:_TRIED]

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from kbot.text import DescriptionError, Diagnostic, KbotError, Origin, Source, read_source
 from kbot.text.diagnostic_collector import DiagnosticCollector
+from kbot.text.folders import files_below
 from kbot.text.yaml import Dialect, YamlError, read_yaml
 from kbot.trials.formats import VALUE_WRONG, Place, Record
 from kbot.trials.python_file import read_python_scenarios
@@ -23,7 +22,6 @@ SUFFIXES = (*YAML_SUFFIXES, ".py")
 FOUND = tuple(f".scenario{suffix}" for suffix in SUFFIXES)
 """Endings of files that are found in folders."""
 NOT_YAML = "T101"
-_SKIPPED = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
 _DOCUMENT = re.compile(r"^---(?=\s|$)", re.MULTILINE)
 _CONTENT = re.compile(r"^(?!---\s*(?:#.*)?$)[^\S\n]*[^\s#%]", re.MULTILINE)
 """A line that is more than a comment, a directive, or the mark of a document."""
@@ -53,21 +51,15 @@ def find_scenario_files(path: str) -> list[str]:
     """The scenario files of a path: itself, or those in a folder, sorted.
 
     Raises:
-        KbotError: the folder has none.
+        KbotError: the folder has none, or too many files.
     """
     if not Path(path).is_dir():
         return [path]
-    found = sorted(_walk(path))
+    found = sorted(files_below(path, lambda name: name.endswith(FOUND)))
     if not found:
         endings = ", ".join(f"*{ending}" for ending in FOUND)
         raise KbotError(f"{path} contains no scenario file: their names end in {endings}")
     return found
-
-
-def _walk(folder: str) -> Iterator[str]:
-    for root, folders, names in os.walk(folder):
-        folders[:] = [name for name in folders if name not in _SKIPPED and not name.startswith(".")]
-        yield from (str(Path(root) / name) for name in names if name.endswith(FOUND))
 
 
 def python_scenarios(path: str) -> list[FoundScenario]:

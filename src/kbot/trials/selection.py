@@ -9,6 +9,7 @@ from pathlib import Path
 from kbot.model import RobotModel
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import DescriptionError, KbotError
+from kbot.text.folders import files_below, names_in
 from kbot.text.suggest import did_you_mean, suggest_or_list
 from kbot.trials.batteries import BATTERIES, NotApplicable, battery
 from kbot.trials.errors import first_error, sentence
@@ -282,7 +283,7 @@ def _scenario_path(word: str) -> str:
             f"For your own scenarios, write a file such as drive.scenario.yaml with robot: {word}"
         )
     if not path.exists():
-        near = did_you_mean(path.name, [each.name for each in path.parent.glob("*")])
+        near = did_you_mean(path.name, names_in(path.parent))
         raise KbotError(f"there is no file or folder {word}" + (f": {near}" if near else ""))
     if path.is_file() and not word.endswith(SUFFIXES):
         raise KbotError(f"{word} is not a scenario file: their names end in {', '.join(SUFFIXES)}")
@@ -302,7 +303,7 @@ def _has_only_robots(word: str) -> bool:
 
 
 def _has_robot(folder: str) -> bool:
-    return any(path.suffix in (".xacro", ".urdf") for path in Path(folder).rglob("*"))
+    return any(files_below(folder, lambda name: name.endswith((".xacro", ".urdf"))))
 
 
 def robot_path(word: str) -> str:

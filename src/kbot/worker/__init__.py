@@ -1,4 +1,4 @@
-"""A process that reads files of strangers for a server, with limits on time and memory."""
+"""Starts processes, and lets some read files of strangers for a server, with limits on time and memory."""
 
 from kbot.worker.worker import PEER_READING, READING, LimitExceeded, ProcessEnded, Worker, WorkerLimits
 

@@ -1,55 +1,32 @@
-"""What all processes of KBot that answer calls have in common: their start, their pipes and their end."""
+"""What all processes of KBot that answer calls have in common: their start and their pipes."""
 
 from __future__ import annotations
 
 import json
 import os
 import pickle
-import signal
-import subprocess
 import sys
 import traceback
 from contextlib import suppress
 from typing import IO
 
 from kbot.text import KbotError
+from kbot.worker import children
+from kbot.worker.children import PIPE, Child
 
 _START = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {} import main; main()"
 """Modules are found as in this process, and never in the working directory, which may be a stranger's."""
 
 
-def start(module: str) -> subprocess.Popen[bytes]:
+def start(module: str) -> Child:
     """A process that calls `main` of a module, with pipes for calls and answers.
 
     The libraries for this import the user's main module in the new process, which would run the user's
     program a second time.
     """
-    return subprocess.Popen(
-        [sys.executable, "-P", "-c", _START.format(module), json.dumps([each for each in sys.path if each])],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        start_new_session=True,  # Ctrl-C in the terminal is for the process that calls
-        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # the same on Windows
-    )
-
-
-def kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process with all that it started. They would keep the pipe of the answers open."""
-    if sys.platform == "win32":
-        process.kill()
-    else:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)  # it leads its own session
-
-
-def end(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, and close its pipes."""
-    kill(process)
-    process.wait()
-    for stream in (process.stdin, process.stdout):
-        if stream is not None:
-            with suppress(OSError):  # what was not sent yet
-                stream.close()
+    folders = json.dumps([each for each in sys.path if each])
+    command = [sys.executable, "-P", "-c", _START.format(module), folders]
+    return children.start(command, stdin=PIPE, stdout=PIPE)
 
 
 def take_pipes() -> tuple[IO[bytes], IO[bytes]]:

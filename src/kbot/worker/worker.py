@@ -7,17 +7,18 @@ import os
 import pickle
 import queue
 import signal
-import subprocess
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from subprocess import TimeoutExpired
 from typing import TYPE_CHECKING, TypeVar, TypeVarTuple
 
 from kbot.text import KbotError
 from kbot.worker.child import Answer, Request, Surroundings
-from kbot.worker.process import end, kill, start
+from kbot.worker.children import Child
+from kbot.worker.process import start
 
 if TYPE_CHECKING:
     import psutil
@@ -82,7 +83,7 @@ class Worker:
         """Where calls work. None: where this process is at each call, which is slow to read."""
         self._spent: float | None = None
         """The processor time in s that the process took before the call. None if it has not been read."""
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: Child | None = None
         self._observed: psutil.Process | None = None
         self._line = _Line()
         self._turn = threading.Lock()
@@ -110,7 +111,7 @@ class Worker:
             raise error
         return result  # type: ignore[no-any-return]  # what `work` returns
 
-    def _started(self) -> subprocess.Popen[bytes]:
+    def _started(self) -> Child:
         if self._process is None or self._process.poll() is not None:
             self._process = start("kbot.worker.child")
             self._spent = None
@@ -120,7 +121,7 @@ class Worker:
             threading.Thread(target=_exchange, args=(self._process, self._line), daemon=True).start()
         return self._process
 
-    def _wait(self, process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | None]) -> Answer:
+    def _wait(self, process: Child, answers: queue.SimpleQueue[Answer | None]) -> Answer:
         limits, began = self.limits, time.monotonic()
         while True:
             with suppress(queue.Empty):
@@ -134,7 +135,7 @@ class Worker:
                 waited = f"{CLOCK * limits.seconds:g} s"
                 raise LimitExceeded(f"waited longer than {waited} and was stopped", is_late=True)
 
-    def _require_limits(self, process: subprocess.Popen[bytes], limits: WorkerLimits, elapsed: float) -> None:
+    def _require_limits(self, process: Child, limits: WorkerLimits, elapsed: float) -> None:
         """Raises LimitExceeded: a call that began `elapsed` seconds ago took too much."""
         import psutil  # imported lazily: only servers use it
 
@@ -157,7 +158,7 @@ class Worker:
         atexit.unregister(self.end)
         self._line.requests.put(None)
         if process is not None:
-            end(process)
+            process.end()
 
 
 def _processor_seconds(process: psutil.Process) -> float:
@@ -165,11 +166,11 @@ def _processor_seconds(process: psutil.Process) -> float:
     return times.user + times.system
 
 
-def _status(process: subprocess.Popen[bytes]) -> int:
+def _status(process: Child) -> int:
     """The exit status of a process that closed the pipe of the answers. It may still run."""
-    with suppress(subprocess.TimeoutExpired):
+    with suppress(TimeoutExpired):
         return process.wait(CLOSING_SECONDS)
-    kill(process)
+    process.kill_all()
     return process.wait()
 
 
@@ -181,7 +182,7 @@ class _Line:
         self.answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
 
 
-def _exchange(process: subprocess.Popen[bytes], line: _Line) -> None:
+def _exchange(process: Child, line: _Line) -> None:
     """Send requests, and queue their answers, until the process ends."""
     answer: Answer | None
     while (request := line.requests.get()) is not None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kbot.text import KbotError
 from kbot.text.files import read_bytes
+from kbot.text.folders import names_in
 from kbot.text.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -48,8 +49,7 @@ def read_picture(
                 raise KbotError(f"the image {file} has {size}, more than {most_pixels} pixels")
             return _greys(image)
     except FileNotFoundError:
-        siblings = [p.name for p in file.parent.iterdir()] if file.parent.is_dir() else []
-        near = did_you_mean(file.name, siblings)
+        near = did_you_mean(file.name, names_in(file.parent))
         raise KbotError(f"the image {file} does not exist" + (f": {near}" if near else "")) from None
     except UnidentifiedImageError:
         raise KbotError(f"the image {file} has an unknown format: convert it to PNG or PGM") from None

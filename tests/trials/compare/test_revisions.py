@@ -1,10 +1,14 @@
 """What A and B may be, and what a stranger's repository cannot do."""
 
+import hashlib
 import os
 import shutil
 import subprocess
+import zlib
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,12 +25,13 @@ MAIN = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 """
 
 
-def git(folder: Path, *arguments: str) -> str:
+def git(folder: Path, *arguments: str, text: str | None = None) -> str:
     names = ("-c", "user.name=t", "-c", "user.email=t@example.org", "-c", "init.defaultBranch=main")
     environment = {k: v for k, v in os.environ.items() if not k.startswith("GIT_")}
     done = subprocess.run(
-        ["git", *names, *arguments], cwd=folder, env=environment, check=True, capture_output=True, text=True
-    )
+        ["git", *names, *arguments],
+        cwd=folder, env=environment, check=True, capture_output=True, text=True, input=text,
+    )  # fmt: skip
     return done.stdout
 
 
@@ -267,6 +272,67 @@ def test_a_mesh_of_git_lfs_is_read_where_lfs_keeps_it(repository: Path):
         assert isinstance(description, Description)
         assert (Path(description.tree) / "kept.stl").read_text() == "mesh\n"
         assert (Path(description.tree) / "gone.stl").read_text().startswith("version https://git-lfs")
+
+
+def bomb(repository: Path, leaf: str) -> None:
+    """Commit a tree whose ten entries are the same tree, ten levels deep: 10^10 entries from ten objects.
+
+    `leaf` has the entries of the innermost tree.
+    """
+    tree = mktree(repository, leaf)
+    for _ in range(10):
+        tree = mktree(repository, "".join(f"040000 tree {tree}\td{index}\n" for index in range(10)))
+    made = git(repository, "commit-tree", "-m", "bomb", tree).strip()
+    git(repository, "tag", "bomb", made)
+
+
+def mktree(repository: Path, entries: str) -> str:
+    return git(repository, "mktree", text=entries).strip()
+
+
+@pytest.mark.parametrize("leaf", ["file", "empty"])
+def test_a_tree_that_contains_itself_many_times_is_refused(
+    repository: Path, leaf: str, tmp_path: Path, measured_kbot: Callable[..., Any]
+) -> None:
+    blob = git(repository, "rev-parse", "HEAD:src/parts/part.xacro").strip()
+    bomb(repository, f"100644 blob {blob}\tpart.xacro\n" if leaf == "file" else "")
+    result = measured_kbot("compare", "bomb:part.xacro", "v1:src/robot", cwd=repository)
+    assert result.is_refusal(), result
+    assert result.err == (
+        "error: the revision has more than 200,000 files and folders, too many to compare. "
+        "Compare two files instead\n"
+    )
+
+
+def test_a_path_that_is_too_long_for_a_file_is_refused(repository: Path) -> None:
+    """Folders nested 10,000 levels deep, whose paths have 100 MB together."""
+    tree = mktree(repository, "")
+    for _ in range(10_000):  # git would start a process for each
+        data = b"40000 f\0" + bytes.fromhex(tree)
+        stored = b"tree %d\0%b" % (len(data), data)
+        tree = hashlib.sha1(stored, usedforsecurity=False).hexdigest()
+        place = repository / ".git" / "objects" / tree[:2] / tree[2:]
+        place.parent.mkdir(exist_ok=True)
+        place.write_bytes(zlib.compress(stored, 1))
+    git(repository, "tag", "deep", git(repository, "commit-tree", "-m", "deep", tree).strip())
+    with pytest.raises(KbotError, match=r"the revision has paths of more than 4,096 bytes, too long to comp"):
+        links("deep:f")
+
+
+def test_many_pointers_to_one_large_file_are_refused(
+    repository: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    digest = 64 * "b"
+    for index in range(5):
+        text = f"version https://git-lfs.github.com/spec/v1\noid sha256:{digest}\nsize 1000 {index}\n"
+        (repository / f"{index}.stl").write_text(text)
+    commit(repository)
+    place = repository / ".git" / "lfs" / "objects" / "bb" / "bb" / digest
+    place.parent.mkdir(parents=True)
+    place.write_bytes(bytes(1000))
+    monkeypatch.setattr(git_module, "_MOST_ALL", 4000)
+    with pytest.raises(KbotError, match="the revision has more than 4 GB of files, too many to compare"):
+        links("HEAD:src/robot")
 
 
 def test_a_submodule_has_no_files(repository: Path):

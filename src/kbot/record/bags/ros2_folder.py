@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePath
@@ -11,6 +9,7 @@ from pathlib import Path, PurePath
 from kbot.record.entry import RecordedMessage
 from kbot.record.limits import Allowance, RecordingTooLarge, inflate
 from kbot.text.files import read_bytes
+from kbot.text.temporary import TemporaryFolder
 from kbot.text.yaml import TEXT, YamlError, load_yaml
 
 NEWEST_VERSION = 9
@@ -59,16 +58,13 @@ class Folder:
         if not self.is_compressed:
             yield self.files
             return
-        folder = Path(tempfile.mkdtemp(prefix="kbot-"))
-        try:
+        with TemporaryFolder("recording") as folder:
             found = []
             for number, file in enumerate(self.files):
                 target = folder / f"{number}-{file.stem}"
                 _decompress(file, target, allowance)
                 found.append(target)
             yield found
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
 
     def whole(self, entry: RecordedMessage, allowance: Allowance) -> RecordedMessage:
         """The message, decompressed if messages are compressed. Raises ValueError: it is damaged."""

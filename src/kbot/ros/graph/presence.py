@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import socket
-import tempfile
 import time
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -14,10 +13,15 @@ from textwrap import shorten
 from urllib.parse import urlsplit
 
 from kbot.text import KbotError
+from kbot.text.files import read_text
 from kbot.text.json_text import parse_json
+from kbot.text.temporary import private_folder, user_folder
 
 CONNECT_SECONDS = 0.3
 """A KBot on this machine accepts a connection at once."""
+_LARGEST_PID = 2**31 - 1
+_LATEST = 32503680000.0
+"""The year 3000. `time.localtime` does not know any number."""
 SHOWN = 48
 """Characters of a command line that are printed, so that an entry of the list fits in a line."""
 
@@ -36,6 +40,18 @@ class Presence:
     since: float = 0.0
     """When it was started, in seconds of the Unix epoch."""
 
+    @property
+    def is_valid(self) -> bool:
+        """Whether the values can be those of a process. Another program may have written the file."""
+        texts = (self.address, self.robot, self.world, self.command)
+        return (
+            all(isinstance(text, str) for text in texts)
+            and type(self.pid) is int
+            and 0 < self.pid <= _LARGEST_PID
+            and isinstance(self.since, int | float)
+            and 0 <= self.since <= _LATEST
+        )
+
     def __str__(self) -> str:
         """One short line for the list of running KBots."""
         where = f" in '{Path(self.world).name}'" if self.world else ""
@@ -46,9 +62,7 @@ class Presence:
 
 def announce(presence: Presence) -> Path:
     """Write the file, readable only by this user. Raises OSError."""
-    folder = _folder()
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    path = folder / f"{presence.pid}.json"
+    path = private_folder(_folder()) / f"{presence.pid}.json"
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "w") as file:
@@ -57,13 +71,21 @@ def announce(presence: Presence) -> Path:
 
 
 def running() -> list[Presence]:
-    """The KBots whose process is alive, oldest first. Files of dead processes are deleted."""
-    found = []
-    for path in sorted(_folder().glob("*.json"), key=_age):
+    """The KBots whose process is alive, oldest first. Files of dead processes are deleted.
+
+    Raises:
+        OSError: the folder of the files is a link or belongs to another user, who could write such files.
+    """
+    folder, found = _folder(), []
+    if folder.exists():
+        private_folder(folder)
+    for path in sorted(folder.glob("*.json"), key=_age):
         try:
-            presence = Presence(**parse_json(path.read_text()))
-        except (OSError, ValueError, TypeError):
+            presence = Presence(**parse_json(read_text(path)))
+        except (KbotError, ValueError, TypeError):
             continue  # it is just being written, or it is a file of another kind
+        if not presence.is_valid:
+            continue
         if _is_alive(presence):
             found.append(presence)
         else:
@@ -98,8 +120,7 @@ def _folder() -> Path:
     given = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("LOCALAPPDATA")
     if given and Path(given).is_dir():
         return Path(given) / "kbot"
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    return Path(tempfile.gettempdir()) / f"kbot-{user}"
+    return user_folder()
 
 
 def _age(path: Path) -> float:

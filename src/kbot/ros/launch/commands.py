@@ -6,7 +6,6 @@ import json
 import os
 import re
 import shlex
-import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from kbot.ros.launch.quoting import split_words
 from kbot.ros.launch.reporter import part_of, removal_of
 from kbot.text import Diagnostic, Origin, Severity, read_source
 from kbot.text.installed import find_file
+from kbot.worker import children
 from kbot.xacro import expand
 from kbot.xacro.budget import Budget
 from kbot.xacro.limits import Limits
@@ -194,10 +194,8 @@ def _xacro(
 
 def _process(words: list[str], environment: Mapping[str, str]) -> str:
     try:
-        done = subprocess.run(
-            words, capture_output=True, timeout=_TIMEOUT_S, check=False, env=dict(environment)
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
+        done = children.run(words, environment=environment, seconds=_TIMEOUT_S)
+    except OSError as error:
         raise LaunchError("L041", f"the command cannot be run: {error}", "", words[0]) from None
     if done.returncode:
         last = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,11 +15,11 @@ from pathlib import Path
 from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.launch.python_packages import folder_of_module
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
+from kbot.text.folders import files_below
+from kbot.worker import children
 from kbot.xacro.packages import PackageError, Packages
 
 _SHEBANG = re.compile(r"#!.*\bpython[\d.]*\s*$")
-_SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
-"""Folders without sources: outputs of colcon, catkin, npm and Python."""
 _QUERY_TIMEOUT_S = 20.0
 """Time limit for asking another interpreter which modules it has."""
 
@@ -86,10 +84,7 @@ def _not_run(node: PlannedNode, why: str, hint: str) -> Diagnostic:
 
 def _in_package(folder: Path, name: str) -> Path | None:
     """The file of that name, with or without .py, that is nearest to the root of the package."""
-    found: list[Path] = []
-    for root, folders, files in os.walk(folder):
-        folders[:] = sorted(f for f in folders if f not in _SKIPPED and not f.startswith("."))
-        found += [Path(root) / file for file in files if file in (name, f"{name}.py")]
+    found = map(Path, files_below(folder, lambda other: other in (name, f"{name}.py")))
     return min(found, key=lambda file: (len(file.parts), str(file)), default=None)
 
 
@@ -126,16 +121,10 @@ def _lacking(python: str, modules: frozenset[str]) -> frozenset[str]:
         return frozenset(name for name in modules if not _is_here(name))
     code = "import sys, importlib.util as u; print(*(m for m in sys.argv[1:] if u.find_spec(m) is None))"
     try:
-        done = subprocess.run(
-            [python, "-c", code, *sorted(modules)],
-            capture_output=True,
-            text=True,
-            timeout=_QUERY_TIMEOUT_S,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
+        done = children.run([python, "-c", code, *sorted(modules)], seconds=_QUERY_TIMEOUT_S)
+    except OSError:
         return modules
-    return modules if done.returncode else frozenset(done.stdout.split())
+    return modules if done.returncode else frozenset(done.stdout.decode().split())
 
 
 def _is_here(name: str) -> bool:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from pathlib import Path
+from subprocess import TimeoutExpired
 
 from kbot.extensions import ProgramFailed, TrialProgram
 from kbot.ros.lockstep.channel import VARIABLE
 from kbot.ros.lockstep.follower import DUMP_SIGNAL
 from kbot.sim.user_code import UserCode, shown_path
+from kbot.text.temporary import TemporaryFolder
+from kbot.worker import children
 
 END_SECONDS = 2.0
 """Seconds that a program has to exit at the end of a run. Then it is killed."""
@@ -24,42 +24,10 @@ DUMP_SECONDS = 0.5
 """Seconds to wait for the traceback of a program that hangs."""
 READ_BYTES = 1 << 16
 """Bytes at the end of a program's errors that are read."""
-_GUARD = """
-import os, signal, sys
-for pid in map(int, sys.stdin.read().split()):
-    try:
-        os.killpg(pid, signal.SIGKILL) if hasattr(os, "killpg") else os.kill(pid, signal.SIGTERM)
-    except OSError:
-        pass
-"""
 _FRAME = re.compile(r'^ *File "(?P<file>.+)", line (?P<line>\d+)')
 _ERROR = re.compile(r"^(?P<name>[A-Za-z_][\w.]*)(?:: (?P<text>.*))?$")
 _UNUSED = ("KBOT_AT", VARIABLE, "ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE", "ROS_DOMAIN_ID")
 """Variables that would connect the program to something else."""
-
-
-class Guard:
-    """A process that ends programs if this process is killed. A pipe between both closes then."""
-
-    def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", "-c", _GUARD],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            start_new_session=True,  # it must outlive Ctrl-C
-        )
-
-    def add(self, program: ProgramProcess) -> None:
-        if self._process.stdin is not None:
-            self._process.stdin.write(b"%d\n" % program.pid)
-            self._process.stdin.flush()
-
-    def close(self) -> None:
-        """The programs have ended."""
-        self._process.kill()
-        self._process.wait()
-        if self._process.stdin is not None:
-            self._process.stdin.close()
 
 
 class ProgramProcess:
@@ -74,24 +42,18 @@ class ProgramProcess:
         kept = {name: value for name, value in os.environ.items() if name not in _UNUSED}
         # a set of texts has the same order in each run only with a fixed seed of hashes
         kept |= {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1"}
-        with tempfile.NamedTemporaryFile(prefix="kbot-program-", delete=False) as errors:
-            self._errors = Path(errors.name)
-            try:
-                self._process = subprocess.Popen(
+        self._folder = TemporaryFolder("program")
+        self._errors = self._folder.path / "errors"
+        try:
+            with self._errors.open("wb") as errors:
+                self._process = children.start(
                     [*command, *program.arguments],
-                    env={**kept, **environment},
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
+                    environment={**kept, **environment},
                     stderr=errors,
-                    start_new_session=True,  # so that its own processes end with it
                 )
-            except OSError as error:
-                self._errors.unlink()
-                raise ProgramFailed(f"{program.file} cannot be started: {error.strerror or error}") from None
-
-    @property
-    def pid(self) -> int:
-        return self._process.pid
+        except OSError as error:
+            self._folder.remove()
+            raise ProgramFailed(f"{program.file} cannot be started: {error.strerror or error}") from None
 
     @property
     def has_exited(self) -> bool:
@@ -101,7 +63,7 @@ class ProgramProcess:
         """Wait at most some seconds until it exits. None if it still runs."""
         try:
             return self._process.wait(seconds)
-        except subprocess.TimeoutExpired:
+        except TimeoutExpired:
             return None
 
     def failure(self, when: str) -> ProgramFailed:
@@ -136,14 +98,9 @@ class ProgramProcess:
         """End it, and the processes that it started. One in lockstep knows that the run is over."""
         if not self.program.lockstep:
             self._process.terminate()
-        if self.exit_status(END_SECONDS) is None:
-            self._process.kill()
-        if hasattr(os, "killpg"):
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.wait()
-        with suppress(OSError):  # Windows: a process that it started may still have the file
-            self._errors.unlink()
+        self.exit_status(END_SECONDS)
+        self._process.end()
+        self._folder.remove()
 
     def _read_errors(self) -> str:
         return self._errors.read_bytes()[-READ_BYTES:].decode(errors="replace")

@@ -19,7 +19,7 @@ from kbot.ros.gazebo.states import GazeboTopics
 from kbot.ros.lockstep.channel import VARIABLE, Channel, ChannelClosed, Message
 from kbot.ros.lockstep.endpoints import LOOPBACK, Endpoint, LocalEndpoint, Ros1Endpoint, Ros2Endpoint
 from kbot.ros.lockstep.link import POLL_SECONDS, LockstepLink
-from kbot.ros.lockstep.process import Guard, ProgramProcess
+from kbot.ros.lockstep.process import ProgramProcess
 from kbot.ros.lockstep.real_time import RealTime
 from kbot.sim import Simulation
 from kbot.text import KbotError
@@ -152,11 +152,9 @@ class TrialPrograms:
         opened.callback(self._link.end)
         self._topics = self._link.topics
         door = opened.enter_context(socket.create_server((LOOPBACK, 0)))
-        guard = Guard()
-        opened.callback(guard.close)
         opened.callback(self._close_channels)
         for program in self._programs:
-            guard.add(self._start(program, door))
+            self._start(program, door)
         opened.callback(self._end_run)
         for member in self._members:
             self._admit(member, door)
@@ -195,7 +193,7 @@ class TrialPrograms:
 
     # the start
 
-    def _start(self, program: TrialProgram, door: socket.socket) -> ProgramProcess:
+    def _start(self, program: TrialProgram, door: socket.socket) -> None:
         endpoint, token = self._endpoint_for(program), secrets.token_urlsafe(18)
         environment = dict(endpoint.environment)
         if program.lockstep:
@@ -206,7 +204,6 @@ class TrialPrograms:
             self._members.append(_Member(process, endpoint, token))
         else:
             self._in_real_time.append((process, endpoint))
-        return process
 
     def _endpoint_for(self, program: TrialProgram) -> Endpoint:
         """A program that connects locally has its own, so that its messages are known as its own."""

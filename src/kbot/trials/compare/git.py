@@ -12,16 +12,18 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from subprocess import CompletedProcess
 from tempfile import TemporaryFile
 from typing import IO
 
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+from kbot.worker import children
 
 _OPTIONS = (
     "--no-pager",
@@ -42,7 +44,17 @@ _MOST_BYTES = 100_000_000
 """Size of the largest file that is extracted. Meshes and texts that KBot reads are smaller."""
 _MOST_ALL = 4_000_000_000
 """Size of all extracted files."""
-_MOST_FILES = 200_000
+_OVER_ALL = f"more than {_MOST_ALL / 1e9:.0f} GB of files"
+_MOST_ENTRIES = 200_000
+"""Files and folders of a revision. A few kilobytes of a repository can list any number: folders are stored
+once, and a folder may contain another one many times."""
+_LONGEST = 4096
+"""Bytes of a path, which is the limit of Linux."""
+_MOST_LISTED = 100_000_000
+"""Bytes of git's list of files. An entry of a real repository has a hundred or two."""
+_MOST_NAMES = 10_000
+"""Branches and tags among which a similar one is searched."""
+_CHUNK = 1 << 16
 _FILE, _LINK = ("100644", "100755", "100664"), "120000"
 _NOT_ON_WINDOWS = re.compile(r'[<>:"|?*\\]')
 _POINTER = b"version https://git-lfs.github.com/spec/v1\n"
@@ -66,7 +78,7 @@ class Repository:
         """
         found = _git(folder, "rev-parse", "--show-toplevel")
         if found.returncode:
-            reason = _reason(found)
+            reason = _reason(found.stderr)
             if "not a git repository" in reason:
                 raise KbotError(f"{folder} is not in a git repository, so that it has no revisions")
             raise KbotError(f"git does not read the repository at {folder}: {reason}")
@@ -85,18 +97,24 @@ class Repository:
         found = _git(self.top, "rev-parse", "--verify", f"{revision}^{{commit}}")
         if found.returncode == 0:
             return found.stdout.decode().strip()
-        listed = _git(self.top, "for-each-ref", "--format=%(refname:short)", "refs/heads", "refs/tags")
+        listed = _git(
+            self.top, "for-each-ref", f"--count={_MOST_NAMES}", "--format=%(refname:short)",
+            "refs/heads", "refs/tags",
+        )  # fmt: skip
         names = os.fsdecode(listed.stdout).split()
         hint = did_you_mean(revision, names)
-        reason = _reason(found)
+        reason = _reason(found.stderr)
         reason = "" if "Needed a single revision" in reason else reason
         raise KbotError(f"there is no git revision '{revision}': {hint or reason or _known(names)}")
 
     def object(self, digest: str) -> Path:
         """Where Git LFS keeps the file with this SHA-256 digest."""
-        found = _git(self.top, "rev-parse", "--git-common-dir")
-        folder = Path(self.top, os.fsdecode(found.stdout).strip())
-        return folder / "lfs" / "objects" / digest[:2] / digest[2:4] / digest
+        return self._common / "lfs" / "objects" / digest[:2] / digest[2:4] / digest
+
+    @cached_property
+    def _common(self) -> Path:
+        """The folder `.git` of the repository, also from one of its worktrees."""
+        return Path(self.top, os.fsdecode(_git(self.top, "rev-parse", "--git-common-dir").stdout).strip())
 
 
 def extract(repository: Repository, commit: str, folder: str) -> list[str]:
@@ -108,35 +126,73 @@ def extract(repository: Repository, commit: str, folder: str) -> list[str]:
     Raises:
         KbotError: the commit is too large, an object is missing, or the files cannot be written.
     """
-    listed = _git(repository.top, "ls-tree", "-r", "-z", "-l", "--full-tree", commit)
-    if listed.returncode:
-        raise KbotError(f"git cannot read the revision: {_reason(listed)}")
     files, links = list[tuple[str, str]](), list[tuple[str, str]]()
     size = 0
-    for entry in listed.stdout.split(b"\0"):
-        about, _, name = entry.partition(b"\t")
-        if not name:
-            continue
-        mode, _, blob, length = about.decode().split()
-        path = os.fsdecode(name)
-        number = int(length) if length.isdigit() else 0  # `BAD` for a missing object
-        if not _stays_inside(path) or number > _MOST_BYTES:
-            continue
-        size += number
-        if mode in _FILE:
-            files.append((path, blob))
-        elif mode == _LINK:
-            links.append((path, blob))
-    if size > _MOST_ALL or len(files) + len(links) > _MOST_FILES:
-        raise KbotError(
-            f"the revision has {len(files)} files with {size / 1e9:.1f} GB, too many to compare. "
-            "Compare two files instead"
-        )
+    with closing(_entries(repository, commit)) as entries:
+        for count, entry in enumerate(entries, 1):
+            about, _, name = entry.partition(b"\t")
+            mode, _, blob, length = about.decode().split()
+            if len(name) > _LONGEST:
+                raise _too_long()
+            path = os.fsdecode(name)
+            number = int(length) if length.isdigit() else 0  # `BAD` for a missing object, `-` for a folder
+            if count > _MOST_ENTRIES:
+                raise _too_large(f"more than {_MOST_ENTRIES:,} files and folders")
+            if not _stays_inside(path) or number > _MOST_BYTES:
+                continue
+            size += number
+            if size > _MOST_ALL:
+                raise _too_large(_OVER_ALL)
+            if mode in _FILE:
+                files.append((path, blob))
+            elif mode == _LINK:
+                links.append((path, blob))
     try:
         _write(repository, folder, files, links)
     except OSError as error:
         raise KbotError(f"the revision cannot be extracted to {folder}: {error.strerror}") from None
     return [path for path, _ in (*files, *links)]
+
+
+def _entries(repository: Repository, commit: str) -> Generator[bytes, None, None]:
+    """The files and folders of a commit, as git lists them: `MODE TYPE NAME SIZE<tab>PATH`.
+
+    Folders are listed too, because a repository can have any number of folders without a file.
+
+    Raises:
+        KbotError: git cannot read the commit, or it has too many or too long paths.
+    """
+    command = _command("ls-tree", "-r", "-t", "-z", "-l", "--full-tree", commit)
+    rest, listed = b"", 0
+    with (
+        TemporaryFile() as errors,
+        _started(repository, command, stderr=errors) as process,
+    ):
+        assert process.stdout is not None  # it is a pipe
+        try:
+            while chunk := process.stdout.read(_CHUNK):
+                listed += len(chunk)
+                *entries, rest = (rest + chunk).split(b"\0")
+                yield from entries
+                if len(rest) > 2 * _LONGEST:  # also without its end, which may be far
+                    raise _too_long()
+                if listed > _MOST_LISTED:
+                    raise _too_large(f"a list of files of more than {_MOST_LISTED / 1e6:.0f} MB")
+        except BaseException:
+            process.kill()
+            raise
+        if process.wait():
+            errors.seek(0)
+            reason = _reason(errors.read(_CHUNK)) or f"it ended with status {process.returncode}"
+            raise KbotError(f"git cannot read the revision: {reason}")
+
+
+def _too_long() -> KbotError:
+    return KbotError(f"the revision has paths of more than {_LONGEST:,} bytes, too long to compare")
+
+
+def _too_large(what: str) -> KbotError:
+    return KbotError(f"the revision has {what}, too many to compare. Compare two files instead")
 
 
 def _write(
@@ -145,19 +201,19 @@ def _write(
     with TemporaryFile() as names:
         names.write("".join(f"{blob}\n" for _, blob in (*files, *links)).encode())
         names.seek(0)
-        process = subprocess.Popen(
-            _command("cat-file", "--batch"),
-            cwd=repository.top, env=_environment(), stdin=names, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        process = _started(repository, _command("cat-file", "--batch"), stdin=names)
         with process:
             assert process.stdout is not None  # it is a pipe
             try:
+                size = 0
                 for path, _ in files:
-                    data = _blob(process.stdout, path)
+                    data = _without_pointer(repository, _blob(process.stdout, path))
+                    size += len(data)
+                    if size > _MOST_ALL:  # many pointers may refer to one large file
+                        raise _too_large(_OVER_ALL)
                     target = Path(folder, path)
                     target.parent.mkdir(parents=True, exist_ok=True)
-                    target.write_bytes(_without_pointer(repository, data))
+                    target.write_bytes(data)
                 # links come last, so that no file is written through one
                 made = [
                     _link(Path(folder), path, os.fsdecode(_blob(process.stdout, path))) for path, _ in links
@@ -218,14 +274,28 @@ def _stays_inside(path: str) -> bool:
     return os.name != "nt" or not _NOT_ON_WINDOWS.search(path)
 
 
-def _git(folder: str, *arguments: str) -> subprocess.CompletedProcess[bytes]:
+def _git(folder: str, *arguments: str) -> CompletedProcess[bytes]:
     try:
-        return subprocess.run(
-            _command(*arguments), cwd=folder, env=_environment(), stdin=subprocess.DEVNULL,
-            capture_output=True, check=False,
-        )  # fmt: skip
+        return children.run(_command(*arguments), environment=_environment(), folder=folder)
     except FileNotFoundError:
         raise KbotError("git is not installed: install it, or compare two files") from None
+
+
+def _started(
+    repository: Repository,
+    command: Sequence[str],
+    stdin: IO[bytes] | int = children.DEVNULL,
+    stderr: IO[bytes] | int = children.DEVNULL,
+) -> children.Child:
+    """git, whose output is read as a stream."""
+    return children.start(
+        command,
+        environment=_environment(),
+        folder=repository.top,
+        stdin=stdin,
+        stdout=children.PIPE,
+        stderr=stderr,
+    )
 
 
 def _command(*arguments: str) -> list[str]:
@@ -236,9 +306,9 @@ def _environment() -> dict[str, str]:
     return {**os.environ, **_VARIABLES}
 
 
-def _reason(found: subprocess.CompletedProcess[bytes]) -> str:
+def _reason(printed: bytes) -> str:
     """The first line of git's error, without the word in front of it."""
-    first = found.stderr.decode("utf-8", "replace").strip().split("\n")[0]
+    first = printed.decode("utf-8", "replace").strip().split("\n")[0]
     return re.sub(r"^(fatal|error): ", "", first)
 
 

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from kbot.model.load import SHIPPED_NAME, Loaded, load_robot, resolve_robot_path
 from kbot.record.names import is_recording
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
+from kbot.text.temporary import TemporaryFolder
 from kbot.trials.compare.git import Repository, extract
 from kbot.trials.robot_folder import absolute, own_package, robot_of_folder
 from kbot.xacro import PackageNotFound, Packages
@@ -97,7 +97,7 @@ def opened(
         return
     repository = Repository.around(str(Path.cwd()))
     commit = repository.commit(match["revision"])
-    with TemporaryDirectory(prefix="kbot-compare-", ignore_cleanup_errors=True) as folder:
+    with TemporaryFolder("compare") as folder:
         tree = os.path.realpath(folder)  # on macOS the folder of temporary files is a link
         paths = extract(repository, commit, tree)
         place = _in_revision(repository, match["revision"], match["path"], paths)
@@ -133,7 +133,7 @@ def _in_revision(repository: Repository, revision: str, path: str, paths: Sequen
     path, or if it begins with `./`, it is relative to the working directory."""
     written = path.replace("\\", "/") if os.name == "nt" else path
     here = repository.prefix
-    folders = {""} | {parent for name in paths for parent in _parents(name)}
+    folders = _folders(paths)
     candidates = [written] if written and not written.startswith(("./", "../")) else []
     for candidate in (*candidates, f"{here}{written}"):
         name = os.path.normpath(candidate or ".").replace(os.sep, "/")
@@ -148,10 +148,15 @@ def _in_revision(repository: Repository, revision: str, path: str, paths: Sequen
     raise KbotError(f"{where} does not exist in the revision {revision}" + (f": {hint}" if hint else ""))
 
 
-def _parents(name: str) -> Iterator[str]:
-    while "/" in name:
-        name = name.rpartition("/")[0]
-        yield name
+def _folders(paths: Sequence[str]) -> set[str]:
+    """The folders that contain files."""
+    folders = {""}
+    for path in paths:
+        folder = path.rpartition("/")[0]
+        while folder not in folders:  # else those around it are known too
+            folders.add(folder)
+            folder = folder.rpartition("/")[0]
+    return folders
 
 
 def _relative(path: str, tree: str) -> str:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import shutil
-import tempfile
 import weakref
 from collections.abc import Collection, Iterable, Iterator
 from itertools import islice
@@ -25,6 +23,7 @@ from kbot.record.index import open_index
 from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
+from kbot.text.temporary import TemporaryFolder
 from kbot.tf.foreign_frames import plain, read_transform
 
 
@@ -250,9 +249,9 @@ class RecordedRun:
         return f"/{namespace}" if namespace else ""
 
     def _write(self, text: str) -> str:
-        folder = tempfile.mkdtemp(prefix="kbot-")
-        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
-        file = Path(folder, f"{Path(self.path).stem or 'robot'}.urdf")
+        folder = TemporaryFolder("recording")
+        weakref.finalize(self, folder.remove)
+        file = folder.path / f"{Path(self.path).stem or 'robot'}.urdf"
         file.write_text(text, encoding="utf-8")
         return str(file)
 

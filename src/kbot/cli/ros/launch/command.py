@@ -28,6 +28,7 @@ from kbot.cli.ros.peer_flags import peer_options
 from kbot.cli.run_outputs import record_options, run_outputs
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError, Severity
+from kbot.text.folders import files_below
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
 
@@ -241,14 +242,18 @@ def _is_path(word: str) -> bool:
 
 def _file_in(folder: Path, shown: str, name: str) -> str:
     """The file of this name or relative path in a folder. Errors name the folder `shown`."""
-    found = [folder / name] if (folder / name).is_file() else sorted(folder.rglob(Path(name).name))
+    found = [str(folder / name)] if (folder / name).is_file() else _named(folder, Path(name).name)
     if not found:
         others = _launch_files(folder)
         near = did_you_mean(name, others)
         raise KbotError(f"{shown} has no launch file {name}{f': {near}' if near else f'. {_it_has(others)}'}")
     if len(found) > 1:
-        raise KbotError(f"{shown} has several {name}: {', '.join(map(str, found))}")
-    return str(found[0])
+        raise KbotError(f"{shown} has several {name}: {', '.join(found)}")
+    return found[0]
+
+
+def _named(folder: Path, name: str) -> list[str]:
+    return sorted(files_below(folder, lambda other: other == name))
 
 
 def _it_has(names: list[str]) -> str:
@@ -264,7 +269,7 @@ def _package_folder(word: str, packages: Packages) -> Path:
 
 def _in_folder(folder: Path) -> str:
     """What to write instead of a folder, for an error."""
-    files = sorted(str(file) for file in folder.rglob("*") if _is_launch_file(file))
+    files = sorted(files_below(folder, _is_launch_file))
     if not files:
         return "It has no launch files."
     shown = ", ".join(files[:_NAMED]) + (", ..." if files[_NAMED:] else "")
@@ -285,8 +290,8 @@ def _as_package(word: str, packages: Packages) -> str:
 
 
 def _launch_files(folder: Path) -> list[str]:
-    return sorted(file.name for file in folder.rglob("*") if _is_launch_file(file))
+    return sorted(Path(file).name for file in files_below(folder, _is_launch_file))
 
 
-def _is_launch_file(file: Path) -> bool:
-    return file.suffix == ".launch" or file.name.endswith((".launch.py", ".launch.xml", ".launch.yaml"))
+def _is_launch_file(name: str) -> bool:
+    return name.endswith((".launch", ".launch.py", ".launch.xml", ".launch.yaml"))

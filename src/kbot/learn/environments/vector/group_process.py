@@ -15,7 +15,7 @@ from weakref import finalize
 from kbot.learn.environments.vector.group import Group
 from kbot.learn.interface.policy_interface import PolicyInterface
 from kbot.text import KbotError
-from kbot.worker.process import end, portable, start, take_pipes
+from kbot.worker.process import portable, start, take_pipes
 
 _ENDED = "a process of the vector environment ended. Its output has the reason. Create the environment again."
 
@@ -26,7 +26,7 @@ class GroupProcess:
     def __init__(self, *arguments: object) -> None:
         """`arguments` are those of `Group`. `receive` returns its interface, or raises what it raised."""
         self._process = start(__name__)
-        self._end = finalize(self, end, self._process)
+        self._end = finalize(self, self._process.end)
         """Also ends the process when nobody refers to the group: `Popen` keeps a running process and its
         pipes."""
         self.send("", *arguments)

@@ -10,6 +10,7 @@ from kbot.ros.launch.known_packages import Role, role
 from kbot.ros.launch.node_arguments import place_of_value
 from kbot.ros.launch.plan import PlannedNode
 from kbot.text import Diagnostic, Severity
+from kbot.text.folders import names_in
 from kbot.text.installed import find_file
 from kbot.text.suggest import did_you_mean
 
@@ -57,10 +58,7 @@ def missing_displays(nodes: Iterable[PlannedNode]) -> list[Diagnostic]:
 
 
 def _nearest_file(path: str) -> str:
-    try:
-        return did_you_mean(Path(path).name, [file.name for file in Path(path).parent.iterdir()])
-    except OSError:
-        return ""
+    return did_you_mean(Path(path).name, names_in(Path(path).parent))
 
 
 def _option(arguments: str, short: str, long: str) -> str:

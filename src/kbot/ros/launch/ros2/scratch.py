@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import atexit
-import shutil
-import tempfile
 from functools import cache
+from itertools import count
+from pathlib import Path
+
+from kbot.text.temporary import TemporaryFolder
 
 
 def scratch_file(text: str, suffix: str) -> str:
     """Write a text to a new file and return its path. The file is deleted when KBot exits."""
-    with tempfile.NamedTemporaryFile(
-        "w", suffix=suffix, dir=_folder(), delete=False, encoding="utf-8"
-    ) as file:
-        file.write(text)
-    return file.name
+    file = _folder() / f"{next(_numbers)}{suffix}"
+    file.write_text(text, encoding="utf-8")
+    return str(file)
 
 
 @cache
-def _folder() -> str:
-    folder = tempfile.mkdtemp(prefix="kbot-launch-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
+def _folder() -> Path:
+    return TemporaryFolder("launch").path
+
+
+_numbers = count()

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -13,13 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kbot.text import Diagnostic, KbotError, Origin, Severity
+from kbot.worker import children
+from kbot.worker.children import Child
 
 SIGINT_SECONDS = 15.0
 SIGTERM_SECONDS = 2.0
 """Seconds that a process has to exit after each signal, as in roslaunch."""
 _POLL_S = 0.05
 """Seconds between two checks whether a process has exited."""
-_WINDOWS = sys.platform == "win32"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +59,7 @@ class Processes:
         """`report` receives sentences for the user, and `failed` a finding about each process that fails.
         `end` is called when a required process exits. All are called on another thread."""
         self._report, self._end, self._failed = report, end, failed
-        self._running: dict[str, tuple[Process, subprocess.Popen[bytes]]] = {}
+        self._running: dict[str, tuple[Process, Child]] = {}
         self._failures: set[str] = set()
         self._due: list[tuple[float, Process]] = []
         self._waiting: list[Process] = []
@@ -93,13 +91,13 @@ class Processes:
             self._end_all()
         finally:
             for _, running in self._running.values():
-                _signal(running, _KILL)  # processes that are left, and their children
+                running.kill_all()  # processes that are left, and their children
 
     def _end_all(self) -> None:
         left = [running for _, running in self._running.values() if running.poll() is None]
         for number, seconds in _ENDINGS:
             for running in left:
-                _signal(running, number)
+                running.signal_all(number)
             deadline = time.monotonic() + seconds
             while left and time.monotonic() < deadline:
                 left = [running for running in left if running.poll() is None]
@@ -164,25 +162,21 @@ class Processes:
         self._due += [(now + waiting.delay, waiting) for waiting in ready]
 
 
-def start(process: Process) -> subprocess.Popen[bytes]:
+def start(process: Process) -> Child:
     """Start a process in its own process group, so that only KBot passes Ctrl-C in the terminal to it.
 
     Raises:
         KbotError: it cannot be started.
     """
-    flags = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0) if _WINDOWS else 0
     try:
         log = process.log.open("ab") if process.log else None
         try:
-            return subprocess.Popen(
-                list(process.command),
-                env=dict(process.environment),
-                cwd=process.folder,
-                stdin=subprocess.DEVNULL,
+            return children.start(
+                process.command,
+                environment=process.environment,
+                folder=process.folder,
                 stdout=log,
-                stderr=subprocess.STDOUT if log else None,
-                start_new_session=not _WINDOWS,
-                creationflags=flags,
+                stderr=children.STDOUT if log else None,
             )
         finally:
             if log:
@@ -196,14 +190,3 @@ _INTERRUPT: int = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT)
 _KILL: int = getattr(signal, "SIGKILL", signal.SIGTERM)
 _ENDINGS = ((_INTERRUPT, SIGINT_SECONDS), (signal.SIGTERM, SIGTERM_SECONDS), (_KILL, 5.0))
 """The signals that end a process, and the seconds to wait after each."""
-
-
-def _signal(running: subprocess.Popen[bytes], number: int) -> None:
-    try:
-        if _WINDOWS:
-            if running.poll() is None:
-                running.send_signal(number)
-        else:
-            os.killpg(running.pid, number)
-    except (ProcessLookupError, PermissionError, OSError):
-        return  # the process has exited

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import _thread
 import os
-import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -20,6 +18,7 @@ from kbot.ros.launch.running.shared_parameters import set_on_master
 from kbot.ros.launch.user_program import Program
 from kbot.ros.peer_options import PeerOptions
 from kbot.text import Diagnostic
+from kbot.text.temporary import TemporaryFolder
 
 _POLL_S = 0.1
 """Seconds between two checks whether all programs have ended."""
@@ -117,14 +116,15 @@ def _processes(
 ) -> Iterator[list[Process]]:
     """The processes to start, with `defaults` for their environment. Their logs and parameter files are in a
     folder, which is deleted at the end if all logs are empty."""
-    folder = Path(tempfile.mkdtemp(prefix="kbot-launch-"))
-    try:
+    temporary = TemporaryFolder("launch")
+    with temporary as folder:
         if any(program.node.output == "log" for program in programs):
             note(f'Nodes with output="log" write to {folder}')
-        yield [_process(plan, program, folder, defaults) for program in programs]
-    finally:
-        if not any(log.stat().st_size for log in folder.glob("*.log")):
-            shutil.rmtree(folder, ignore_errors=True)
+        try:
+            yield [_process(plan, program, folder, defaults) for program in programs]
+        finally:
+            if any(log.stat().st_size for log in folder.glob("*.log")):
+                temporary.keep()
 
 
 def _process(plan: Plan, program: Program, logs: Path, defaults: Mapping[str, str]) -> Process:
