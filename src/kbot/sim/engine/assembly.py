@@ -18,6 +18,7 @@ from kbot.sim.engine.welds import Weld, add_weld
 from kbot.sim.engine.world_builder import PREFIX, add_world, owner, planes_of
 from kbot.sim.recipe import IMPRATIO, Contacts
 from kbot.text import DescriptionError, Diagnostic, DiagnosticCollector, KbotError, Origin, Severity
+from kbot.text.diagnostic import one_per_cause
 from kbot.world import World
 
 _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
@@ -44,7 +45,7 @@ def compile_model(
         except ValueError as error:
             raise DescriptionError([_error(str(error), plans, world)]) from None
     engine_warnings = (_warning(str(entry.message), model, plans, world) for entry in warned)
-    return model, (*findings.diagnostics, *engine_warnings)
+    return model, (*one_per_cause(findings.diagnostics), *engine_warnings)
 
 
 def build_spec(

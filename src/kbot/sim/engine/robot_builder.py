@@ -190,6 +190,7 @@ class _Shapes:
                 "W106",
                 f"link '{link.name}': this collision shape is ignored: {error}",
                 collision.geometry.origin,
+                cause=str(error),
             )
             return None
 

@@ -172,13 +172,13 @@ def _add_part(
     if not body.is_static and isinstance(part.shape, w.Plane | w.HeightField):
         why = "a plane or a height field cannot move: make its model static"
         message = f"'{body.name}': this collision shape is ignored: {why}"
-        findings.warning("W106", message, part.origin or body.origin)
+        findings.warning("W106", message, part.origin or body.origin, cause=why)
         return None
     try:
         geom = add_shape(meshes, added, part.shape, pose)
     except KbotError as error:
         message = f"'{body.name}': this collision shape is ignored: {error}"
-        findings.warning("W106", message, part.origin or body.origin)
+        findings.warning("W106", message, part.origin or body.origin, cause=str(error))
         return None
     touch.set_surface(geom, part.friction)
     if part.ground and body.is_static:
