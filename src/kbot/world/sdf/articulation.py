@@ -14,6 +14,7 @@ from kbot.kinematics.bodies import MassProperties
 from kbot.kinematics.inertia_repair import possible_tensor
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
+from kbot.text.progress import working_on
 from kbot.text.suggest import did_you_mean
 from kbot.world.body_joints import BodyJoint, Freedom, JointMotion, Loop
 from kbot.world.sdf.entries import ModelEntry, SdfContext
@@ -294,7 +295,8 @@ class Articulation:
             named[name] = group
             names |= dict.fromkeys(group, name)
         hung = self._hang(names)
-        for name, group in named.items():
+        for number, (name, group) in enumerate(named.items(), 1):
+            working_on(f"reading '{name}', body {number} of {len(named)}")
             yield self._body(name, group, hung.get(name))
 
     def _hang(self, names: dict[str, str]) -> dict[str, tuple[str, _Hinge]]:

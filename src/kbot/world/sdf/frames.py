@@ -96,9 +96,9 @@ class Frames:
         frames, prefix = self, ""
         while (outer := name.removeprefix(prefix).partition("::")[0]) in frames.nested:
             frames, prefix = frames.nested[outer], f"{prefix}{outer}::"
-        hint = did_you_mean(name, [prefix + known for known in frames._frames])
-        if frames.is_incomplete:
-            hint = "a model that is not found may define it"
+        names = [prefix + known for known in frames._frames]
+        defined = "a model that is not found may define it"
+        hint = defined if frames.is_incomplete else did_you_mean(name, names)
         self.values.fault("W207", what, element.origin, otherwise, hint)
 
     def link(self, name: str) -> str | None:
