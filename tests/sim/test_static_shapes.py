@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import trimesh
 
 from kbot import Simulation
 from kbot.model import RobotModel
-from kbot.sim.engine.assembly import Assembly
+from kbot.sim.engine.assembly import Assembly, compile_model
+from kbot.sim.simulation import ORIGIN
 from kbot.world import Body, Box, HeightField, Part, TriangleMesh, World
 from kbot.world.builders import at, floor
 
@@ -94,6 +96,23 @@ def test_a_robot_that_is_moved_to_a_free_place_is_as_if_compiled_there() -> None
             assert np.array_equal(getattr(moved.model, name), value), name
     assert np.array_equal(moved.data.qpos, compiled.data.qpos)
     assert not np.array_equal(before.model.qpos0, moved.model.qpos0), "the first one is not changed"
+
+
+def test_a_world_is_compiled_once_although_the_robot_starts_elsewhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compiled: list[World] = []
+
+    def counted(place: World, *others: Any) -> Any:
+        compiled.append(place)
+        return compile_model(place, *others)
+
+    monkeypatch.setattr("kbot.sim.engine.assembly.compile_model", counted)
+    block = Body("block", (Part(Box((0.2, 0.2, 0.2))),), at(0.0, 0.0, 0.1))
+    simulation = Simulation("kbot", world=World("blocked", (floor(), block)))
+    assert simulation.start != ORIGIN
+    assert not simulation.engine.assembly.overlapped_by(simulation.engine.assembly.plans["kbot"])
+    assert len(compiled) == 1
 
 
 def test_equal_meshes_of_several_robots_are_added_once(tmp_path: Path) -> None:
