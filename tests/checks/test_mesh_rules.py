@@ -141,7 +141,7 @@ def test_path_that_is_not_a_regular_file_is_reported(tmp_path: Path) -> None:
         (found,) = check(robot(name), tmp_path)
         assert (found.code, found.message) == (
             "G101",
-            f"part: {tmp_path / name} is not a file that can be read",
+            f"part: {tmp_path / name} is not a file that can be read (2 places)",  # visual and collision
         )
 
 
@@ -150,9 +150,29 @@ def test_double_slash_after_the_package_is_accepted(tmp_path: Path) -> None:
     write(brick(), tmp_path / "brick.stl")
     assert check(robot("package://robot//brick.stl"), tmp_path) == []
     (found,) = check(robot("package://robot//etc/passwd.stl"), tmp_path)
-    assert found.message.endswith("does not exist")
+    assert found.message.endswith("does not exist (2 places)")
+
+
+def test_a_missing_package_is_one_finding_for_all_its_meshes(tmp_path: Path) -> None:
+    """Each of the two meshes is a visual and a collision: four places."""
+    mesh = '<geometry><mesh filename="package://absent/a.stl"/></geometry>'
+    more = f"<visual>{mesh}</visual>\n<collision>{mesh}</collision>\n".replace("a.stl", "b.stl")
+    text = robot("package://absent/a.stl").replace("<inertial>", more + "<inertial>")
+    (found,) = (d for d in check(text, tmp_path) if d.code == "G101")
+    assert found.origin is not None
+    assert found.origin.span.line == 4
+    assert found.message.startswith("part: the visual's mesh package://absent/a.stl: the package 'absent'")
+    assert found.message.endswith("(4 places)")
+    assert [related.origin.span.line for related in found.related] == [5, 6, 7]
+
+
+def test_all_places_of_a_misspelt_mesh_are_fixed_at_once(tmp_path: Path) -> None:
+    write(brick(), tmp_path / "brick.stl")
+    (found,) = check(robot("brikc.stl"), tmp_path)
+    assert found.fix is not None
+    assert [edit.replacement for edit in found.fix.edits] == ["brick.stl"] * 2
 
 
 def test_empty_file_name_is_reported(tmp_path: Path) -> None:
     (found,) = check(robot(" "), tmp_path)
-    assert (found.code, found.message) == ("G101", "part: the visual's mesh names no file")
+    assert (found.code, found.message) == ("G101", "part: the visual's mesh names no file (2 places)")

@@ -196,7 +196,9 @@ def test_a_missing_mesh_is_reported_and_the_robot_is_used(files: Path, run_kbot:
     checked = run_kbot("check", robot, cwd=files)
     assert checked.status == 1
     assert "missing.stl" in checked.out
-    warning = "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist [G101]"
+    warning = (
+        "mesh.urdf:3:21: warning: base_link: the visual's mesh missing.stl does not exist (2 places) [G101]"
+    )
     informed = run_kbot("info", robot, cwd=files)
     assert informed.status == 0
     assert warning in informed.err

@@ -5,11 +5,13 @@ from __future__ import annotations
 import gc
 import os
 import sys
+import threading
 import time
 
 import pytest
 
 from kbot.cli import progress
+from kbot.text.progress import working_on
 
 
 @pytest.fixture
@@ -52,6 +54,30 @@ def test_the_text_can_be_replaced_and_is_not_markup(monkeypatch: pytest.MonkeyPa
                 shown += os.read(master, 1000)
         terminal.flush()
     os.close(master)
+
+
+def test_a_pipe_gets_the_step_of_a_slow_operation(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The line appears after a time of processor time, not of a wait on a busy machine."""
+    monkeypatch.setattr(progress, "SLOW", 0.01)
+    used, printed = [0.0], threading.Event()
+    monkeypatch.setattr(progress, "process_time", lambda: used[0])
+
+    def note(text: str) -> None:
+        lines.append(text)
+        printed.set()
+
+    lines: list[str] = []
+    monkeypatch.setattr(progress, "print_note", note)
+    with progress.loading("it.sdf"):
+        working_on("step 1 of 2")
+        assert not printed.wait(0.1)
+        working_on("step 2 of 2")
+        used[0] = 1.0
+        assert printed.wait(60.0)
+    assert lines == ["loading it.sdf: step 2 of 2 …"]
+    gc.unfreeze()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="terminals are opened otherwise on Windows")

@@ -1,12 +1,18 @@
-"""Static shapes that are added in several small models, compared with shapes that are added at once."""
+"""Worlds of thousands of shapes: what makes them load fast gives the same model and motion."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from kbot import Simulation
 from kbot.model import RobotModel
+from kbot.sim.engine.assembly import Assembly, compile_model
+from kbot.sim.simulation import ORIGIN
 from kbot.world import Body, Box, HeightField, Part, TriangleMesh, World
 from kbot.world.builders import at, floor
 
@@ -14,19 +20,18 @@ TETRAHEDRON = TriangleMesh(
     np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.3]]),
     np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], dtype=np.int32),
 )
+INERTIAL = (
+    '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
 WHEELS = "".join(
-    f'<link name="{end}_{side}"><inertial><mass value="1"/><inertia ixx="0.002" iyy="0.002" izz="0.002"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial>'
+    f'<link name="{end}_{side}">{INERTIAL.format(1, 0.002)}'
     '<collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
     f'<joint name="{end}_{side}_joint" type="continuous"><parent link="base"/><child link="{end}_{side}"/>'
     f'<origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>'
     for end, x in (("front", 0.2), ("rear", -0.2))
     for side, y in (("left", 0.2), ("right", -0.2))
 )
-ROVER = (
-    '<robot name="rover"><link name="base"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
-    f' ixy="0" ixz="0" iyz="0"/></inertial></link>{WHEELS}</robot>'
-)
+ROVER = f'<robot name="rover"><link name="base">{INERTIAL.format(5, 0.1)}</link>{WHEELS}</robot>'
 GEOMS = ("type", "pos", "quat", "size", "friction", "solref", "contype", "conaffinity", "bodyid", "group")
 
 
@@ -77,3 +82,45 @@ def test_a_skidding_robot_slides_on_ground_of_a_small_model(
         names.append([(model.geom(a).name, model.geom(b).name) for a, b in pairs])
     assert len(names[0]) == 8  # four tyres on the floor and on the hills
     assert names[0] == names[1]
+
+
+def test_a_robot_that_is_moved_to_a_free_place_is_as_if_compiled_there() -> None:
+    """The engine compiles a world of 30 meshes of tracks in seconds, so it does so once."""
+    before = Simulation("kbot", world=world()).engine.assembly
+    plan = replace(before.plans["kbot"], pose=at(0.3, -0.7, 0.0))
+    moved = before.with_start(plan)
+    compiled = Assembly.of(before.world, before.contacts, before.timestep, {"kbot": plan})
+    for name in dir(compiled.model):
+        value = getattr(compiled.model, name)
+        if isinstance(value, np.ndarray):
+            assert np.array_equal(getattr(moved.model, name), value), name
+    assert np.array_equal(moved.data.qpos, compiled.data.qpos)
+    assert not np.array_equal(before.model.qpos0, moved.model.qpos0), "the first one is not changed"
+
+
+def test_a_world_is_compiled_once_although_the_robot_starts_elsewhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compiled: list[World] = []
+
+    def counted(place: World, *others: Any) -> Any:
+        compiled.append(place)
+        return compile_model(place, *others)
+
+    monkeypatch.setattr("kbot.sim.engine.assembly.compile_model", counted)
+    block = Body("block", (Part(Box((0.2, 0.2, 0.2))),), at(0.0, 0.0, 0.1))
+    simulation = Simulation("kbot", world=World("blocked", (floor(), block)))
+    assert simulation.start != ORIGIN
+    assert not simulation.engine.assembly.overlapped_by(simulation.engine.assembly.plans["kbot"])
+    assert len(compiled) == 1
+
+
+def test_equal_meshes_of_several_robots_are_added_once(tmp_path: Path) -> None:
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
+    mesh = '<collision><geometry><mesh filename="box.stl"/></geometry></collision>'
+    link = f'<link name="l">{INERTIAL.format(1, 0.01)}{mesh}{mesh}</link>'
+    (tmp_path / "box.urdf").write_text(f'<robot name="r">{link}</robot>')
+    simulation = Simulation(str(tmp_path / "box.urdf"), world=World("flat", (floor(),)))
+    simulation.models.spawn_model(simulation.robot, "other", 1.0, 0.0, 0.0)
+    model = simulation.engine.model
+    assert (model.nmesh, (model.geom_dataid == 0).sum()) == (1, 4)

@@ -183,6 +183,14 @@ def test_movable_plane_is_ignored_with_a_warning_at_its_line(sim):
     found.run(0.1)
 
 
+def test_shapes_that_are_ignored_for_one_reason_are_one_warning(sim):
+    shape = "<collision name='c'><geometry><plane/></geometry></collision>"
+    found = sim("\n".join(f"<link name='l{n}'>{shape}</link>" for n in range(3)))
+    (warning,) = [d for d in found.diagnostics if d.code == "W106"]
+    assert warning.message.endswith("make its model static (3 places)")
+    assert [warning.origin.span.line, *(r.origin.span.line for r in warning.related)] == [1, 2, 3]
+
+
 def test_engine_warnings_are_reported_at_the_model(sim):
     """The engine cannot distinguish two rotations about the same axis."""
     axes = "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2>"

@@ -29,12 +29,6 @@ def world(tmp_path):
     return read
 
 
-def faults(world, inner):
-    with pytest.raises(DescriptionError) as caught:
-        world(inner)
-    return caught.value.diagnostics
-
-
 def static(inner: str, name: str = "m", pose: str = "0 0 0 0 0 0") -> str:
     return f"<model name='{name}'><static>true</static><pose>{pose}</pose>{inner}</model>"
 
@@ -249,42 +243,129 @@ def test_unsupported_elements_are_reported_once_at_their_line(world):
 
 
 @pytest.mark.parametrize(
-    ("inner", "code", "message"),
+    ("inner", "code", "message", "instead"),
     [
-        ("<include></include>", "W205", "no <uri>"),
-        (static(link(HEIGHTMAP.format(""))), "W205", "<heightmap> has no <uri>"),
-        (static(link(HEIGHTMAP.format("<uri>test.world</uri>"))), "W206", "has an unknown format"),
-        (static(link(COLLISION.replace("1 2 0.1", "1 -2 1"))), "W204", "above 0"),
-        (static(link(COLLISION.replace("1 2 0.1", "1 two 1"))), "W204", "3 finite"),
-        (static(link(COLLISION.replace("1 2 0.1", "1 nan 1"))), "W204", "3 finite"),
-        (static(link(COLLISION.replace("1 2 0.1", "1 1e308 1"))), "W204", "3 finite numbers up to 1e+06"),
-        (static(link(), pose="1 2"), "W204", "6 finite numbers"),
-        (static(link(), pose="1e7 0 0 0 0 0"), "W204", "6 finite numbers up to 1e+06"),
-        ("<gravity>0 0 -1e308</gravity>", "W204", "3 finite numbers up to 10000"),
-        (HEAVY.format("<mass>1e300</mass>"), "W204", "<mass> must be a finite number up to 1e+12"),
+        ("<include></include>", "W205", "no <uri>", "leaves the model out"),
+        (static(link(HEIGHTMAP.format(""))), "W205", "<heightmap> has no <uri>", "leaves the shape out"),
         (
-            HEAVY.format("<inertia><ixx>1</ixx><iyy>1</iyy><izz>2.1</izz></inertia>"),
-            "W204", "at most the sum of the other two",
+            static(link(HEIGHTMAP.format("<uri>test.world</uri>"))),
+            "W206", "has an unknown format", "leaves the shape out",
         ),
+        (static(link(COLLISION.replace("1 2 0.1", "1 -2 1"))), "W204", "above 0", "leaves the shape out"),
+        (static(link(COLLISION.replace("1 2 0.1", "1 two 1"))), "W204", "3 finite", "leaves the shape out"),
+        (static(link(COLLISION.replace("1 2 0.1", "1 nan 1"))), "W204", "3 finite", "leaves the shape out"),
         (
-            HEAVY.format("<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz><ixy>1.5</ixy></inertia>"),
-            "W204", "each principal moment must be above 0",
+            static(link(COLLISION.replace("1 2 0.1", "1 1e308 1"))),
+            "W204", "3 finite numbers up to 1e+06", "leaves the shape out",
         ),
-        (static(link()) + static(link()), "W208", "duplicate name 'm'"),
-        (static(link(pose="<pose relative_to='k'>0 0 0 0 0 0</pose>")), "W207", "unknown frame 'k'"),
+        (static(link(), pose="1 2"), "W204", "6 finite numbers", "uses 0 0 0 0 0 0"),
+        (static(link(), pose="1e7 0 0 0 0 0"), "W204", "6 finite numbers up to 1e+06", "uses 0 0 0 0 0 0"),
+        ("<gravity>0 0 -1e308</gravity>", "W204", "3 finite numbers up to 10000", "uses 0 0 -9.81"),
+        (
+            HEAVY.format("<mass>1e300</mass>"),
+            "W204", "<mass> must be a finite number up to 1e+12", "uses 1",
+        ),
+        (HEAVY.format("<mass>-1</mass>"), "W204", "<mass> must be above 0, not -1 kg", "uses 1 kg"),
+        (static(link()) + static(link()), "W208", "duplicate name 'm'", "calls it 'm_2'"),
+        (static(link() + link()), "W208", "duplicate name 'l'", "calls it 'l_2'"),
+        (static(link(), name=""), "W205", "<model> has no name", "calls it 'unnamed_1'"),
+        ("<model name='m'><static>yes</static></model>", "W204", "must be true or false", "uses false"),
+        (static(link(pose=TURN.format("k"))), "W207", "unknown frame 'k'", "uses the origin of the model"),
         (
             f"<model name='m'><static>1</static>{TURN.format('n')}{link()}</model>"
             f"<model name='n'><static>1</static>{TURN.format('m')}{link()}</model>",
-            "W207", "in a cycle",
+            "W207", "in a cycle", "puts them at the origin of the world",
         ),
     ],
 )  # fmt: skip
-def test_errors_are_reported_at_their_line(world, inner, code, message):
-    found = faults(world, inner)
-    assert code in [d.code for d in found]
-    fault = next(d for d in found if d.code == code)
+def test_faults_are_reported_at_their_line_and_the_rest_is_used(world, inner, code, message, instead):
+    found = world(inner + static(link(), "rest"))
+    assert "rest" in [body.name for body in found.bodies]
+    fault = next(d for d in found.diagnostics if d.code == code)
     assert message in fault.message
-    assert fault.origin.span.line == 3
+    assert (fault.is_error, fault.origin.span.line) == (False, 3)
+    assert fault.hint.endswith(f"KBot {instead}")
+
+
+def test_models_and_links_of_one_name_are_all_there(world):
+    """Poses and joints that name them mean the first one."""
+    links = link() + link(pose="<pose>0 1 0 0 0 0</pose>")
+    inner = f"<pose relative_to='m'>0 3 0 0 0 0</pose>{links}{static(link(), 'm', '4 0 0 0 0 0')}"
+    twice = static(link(), "m", "1 0 0 0 0 0") + static(link(), "m", "2 0 0 0 0 0")
+    found = world(f"{twice}<model name='n'>{inner}</model>")
+    assert {body.name: place(body)[:2] for body in found.bodies} == {
+        "m": [1, 0],
+        "m_2": [2, 0],
+        "n": [1, 3],
+        "n::l_2": [1, 4],
+        "n::m": [5, 3],
+    }
+    assert [(d.code, d.message) for d in found.diagnostics] == [
+        ("W208", "duplicate name 'm'"),
+        ("W208", "duplicate name 'l'"),
+    ]
+
+
+INERTIA = "<inertia><ixx>{}</ixx><iyy>{}</iyy><izz>{}</izz><ixy>{}</ixy></inertia>"
+
+
+@pytest.mark.parametrize(
+    ("moments", "code", "message", "repaired"),
+    [
+        # the negative second moment about z, (0.1 + 0.1 - 1) / 2 = -0.4 kg m^2, becomes 0
+        ((0.1, 0.1, 1, 0), "W104", "KBot adds 0.4 to each of these", (0.5, 0.5, 1, 0)),
+        # of a cuboid of 2 kg with edges of 1, 2 and 0.1 m: m (b^2 + c^2) / 12
+        ((0, 0, 0, 0), "W103", "uses that of a box around its shapes", (4.01 / 6, 1.01 / 6, 5 / 6, 0)),
+        ((1, 1, 1, 0.5), None, "", (1, 1, 1, 0.5)),
+    ],
+)
+def test_impossible_inertia_is_repaired_as_that_of_a_robot(world, moments, code, message, repaired):
+    inertial = f"<inertial><mass>2</mass>{INERTIA.format(*moments)}</inertial>"
+    found = world(f"<model name='m'>{link(inertial + COLLISION)}</model>")
+    assert [(d.code, d.is_error) for d in found.diagnostics] == ([(code, False)] if code else [])
+    assert all(message in d.message and d.origin.span.line == 3 for d in found.diagnostics)
+    xx, yy, zz, xy, xz, yz = found.bodies[0].inertia
+    assert (xx, yy, zz, xy) == pytest.approx(repaired, rel=1e-6)
+    assert (xz, yz) == (0, 0)
+
+
+def test_links_without_inertia_that_are_joined_have_that_of_their_masses(world):
+    """Two masses of 1 kg, 2 m apart, have 2 kg m^2 about their middle, and nothing along their line."""
+    point = f"<inertial><mass>1</mass>{INERTIA.format(0, 0, 0, 0)}</inertial>"
+    fixed = "<joint name='j' type='fixed'><parent>a</parent><child>b</child></joint>"
+    far = "<pose>2 0 0 0 0 0</pose>"
+    found = world(f"<model name='m'>{link(point, 'a')}{link(point, 'b', far)}{fixed}</model>")
+    assert [d.code for d in found.diagnostics] == ["W104"]
+    (body,) = found.bodies
+    assert body.centre_of_mass == (1, 0, 0)
+    assert body.inertia[1:3] == pytest.approx((2, 2), rel=1e-3)
+    assert 0 < body.inertia[0] < 0.01
+
+
+def test_a_fault_of_many_models_is_one_finding_with_the_count(world):
+    """Of 6 plants, 4 are of a missing model and 2 of another; 3 boxes have the same mass."""
+    plants = "".join(f"\n<include><uri>model://maize_{n % 3 // 2}</uri></include>" for n in range(6))
+    boxes = "".join(
+        f"\n<model name='b{n}'><link name='l'><inertial><mass>0</mass></inertial></link></model>"
+        for n in range(3)
+    )
+    found = world(plants + boxes).diagnostics
+    assert [(d.message, d.origin.span.line) for d in found] == [
+        ("model://maize_0 not found (4 places)", 4),
+        ("model://maize_1 not found (2 places)", 6),
+        ("<mass> must be above 0, not 0 kg (3 places)", 10),
+    ]
+    assert [r.origin.span.line for r in found[0].related] == [5, 7, 8]
+
+
+def test_a_fault_in_a_model_that_is_included_often_is_one_finding(world, tmp_path):
+    write_model(tmp_path / "oak")
+    file = tmp_path / "oak" / "model.sdf"
+    file.write_text(file.read_text().replace("1 2 0.1", "0 2 0.1"))
+    include = "<include><uri>model://oak</uri><name>oak_{}</name></include>"
+    (fault,) = world("".join(include.format(n) for n in range(20))).diagnostics
+    assert fault.message == "<size> of a <box> must be above 0, not '0 2 0.1'"
+    assert fault.origin.span.file == str(file)
 
 
 def test_cycle_of_frames_is_reported_once(world):
@@ -292,7 +373,7 @@ def test_cycle_of_frames_is_reported_once(world):
         f"<model name='m{i}'><static>1</static>{TURN.format(f'm{(i + 1) % 4}')}{link()}</model>"
         for i in range(4)
     )
-    (fault,) = faults(world, ring)
+    (fault,) = world(ring).diagnostics
     assert "in a cycle: m0 -> m1 -> m2 -> m3 -> m0" in fault.message
 
 
@@ -329,10 +410,10 @@ def test_unknown_shape_is_not_simulated(world, tag):
     assert found.diagnostics[0].message == f"the shape <{tag}> is not simulated"
 
 
-def test_all_errors_are_reported_in_one_run(world):
+def test_all_faults_are_reported_in_one_run(world):
     bad = static(link(f"<collision name='c'>{BOX.replace('1 2 0.1', '0 0 0')}</collision>"))
-    found = faults(world, bad + "<include><uri>model://nowhere</uri></include>")
-    assert {d.code for d in found} == {"W202", "W204"}
+    found = world(bad + "<include><uri>model://nowhere</uri></include>")
+    assert {d.code for d in found.diagnostics} == {"W202", "W204"}
 
 
 def test_cycle_of_includes_is_reported(world, tmp_path):
@@ -342,9 +423,18 @@ def test_cycle_of_includes_is_reported(world, tmp_path):
         (tmp_path / name / "model.sdf").write_text(
             f"<sdf version='1.7'><model name='{name}'><include><uri>model://{other}</uri></include></model></sdf>"
         )
-    found = faults(world, "<include><uri>model://a</uri></include>")
-    assert [d.code for d in found] == ["W203"]
-    assert "a/model.sdf -> b/model.sdf -> a/model.sdf" in found[0].message
+    (fault,) = world("<include><uri>model://a</uri></include>").diagnostics
+    assert (fault.code, fault.is_error) == ("W203", False)
+    assert "a/model.sdf -> b/model.sdf -> a/model.sdf" in fault.message
+
+
+def test_included_model_that_cannot_be_read_is_left_out(world, tmp_path):
+    write_model(tmp_path / "oak")
+    (tmp_path / "oak" / "model.sdf").write_text("<sdf version='1.7'><model name='oak'>")
+    found = world("<include><uri>model://oak</uri></include>" + static(link()))
+    assert [body.name for body in found.bodies] == ["m"]
+    assert [d.is_error for d in found.diagnostics] == [False]
+    assert "oak/model.sdf" in str(found.diagnostics[0])
 
 
 def test_pose_of_three_to_five_numbers_has_no_rotation(world):
@@ -457,12 +547,11 @@ def test_missing_model_does_not_affect_the_rest_of_the_world(world, uri, message
     include = f"<include><uri>{uri}</uri></include>\n"
     found = world(include + include + static(link()))
     assert [body.name for body in found.bodies] == ["m"]
-    assert [(d.code, d.is_error, d.origin.span.line) for d in found.diagnostics] == [
-        ("W202", False, 3),
-        ("W202", False, 4),
-    ]
-    assert message in found.diagnostics[0].message
-    assert hint in found.diagnostics[0].hint
+    (fault,) = found.diagnostics
+    assert (fault.code, fault.is_error, fault.origin.span.line) == ("W202", False, 3)
+    assert message in fault.message
+    assert fault.message.endswith("(2 places)")
+    assert hint in fault.hint
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from kbot.checks.merge import merge_findings
 from kbot.checks.registry import find_rule
 from kbot.checks.runner import as_loaded
 from kbot.text import Diagnostic, Severity
+from kbot.text.diagnostic import one_per_cause
 from kbot.xacro import Expansion, Packages
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def first_look(loaded: Loaded, codes: Sequence[str]) -> list[Diagnostic]:
     found = [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
     return [
         replace(d, severity=Severity.WARNING) if d.code in (*MESHES, *CONTROL) else d
-        for d in merge_findings(found, context)
+        for d in one_per_cause(merge_findings(found, context))
     ]
 
 
@@ -56,4 +57,4 @@ def look_at_robot(robot: RobotModel, codes: Sequence[str]) -> list[Diagnostic]:
     nothing = Expansion(source.path, None, None, (), ())
     context = Context(source, nothing, robot, (), Packages(), Config(), {})
     rules = [rule for rule in map(find_rule, codes) if context.has(rule.needs)]
-    return [rule.diagnostic(finding) for rule in rules for finding in rule.check(context)]
+    return list(one_per_cause(rule.diagnostic(finding) for rule in rules for finding in rule.check(context)))

@@ -33,6 +33,7 @@ class Finding:
     related: tuple[Related, ...] = ()
     fix: Fix | None = None
     severity: Severity | None = None
+    cause: str = ""
 
 
 Found = Iterator[Finding]
@@ -88,6 +89,7 @@ class Rule:
             finding.hint,
             finding.related,
             finding.fix,
+            finding.cause,
         )
 
 

@@ -19,7 +19,7 @@ from kbot.checks.suppressions import without_suppressed
 from kbot.model.load import needed_packages, not_reported_before
 from kbot.model.read import read_robot
 from kbot.text import DescriptionError, Diagnostic, Source, read_source
-from kbot.text.diagnostic import bounded
+from kbot.text.diagnostic import bounded, one_per_cause
 from kbot.text.errors import reading
 from kbot.xacro import Packages, expand_text
 
@@ -160,9 +160,9 @@ def _of_description(context: Context) -> list[Diagnostic]:
 
 
 def _wanted(found: list[Diagnostic], path: str, config: Config) -> tuple[Diagnostic, ...]:
-    """The findings that the configuration selects, sorted by place."""
+    """The findings that the configuration selects, one per cause, sorted by place."""
     wanted = (d for d in found if config.wants(d.code, d.origin.span.file if d.origin else path))
-    return bounded(sorted(wanted, key=lambda d: _place(d, path)))
+    return bounded(one_per_cause(sorted(wanted, key=lambda d: _place(d, path))))
 
 
 def _place(diagnostic: Diagnostic, path: str) -> tuple[bool, str, int, str]:

@@ -8,10 +8,11 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from datetime import timedelta
-from time import monotonic
+from time import monotonic, process_time
 from typing import TYPE_CHECKING
 
 from kbot.cli.output import print_note
+from kbot.text.progress import progress_sent_to
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -20,16 +21,21 @@ PATIENCE = 1.0
 """Seconds after which the terminal shows that KBot is busy. Shorter waits need no display."""
 LINE_SECONDS = 60.0
 """Seconds between two lines in a file or a pipe, as in the log of a CI."""
+SLOW = 10.0
+"""Seconds of processor time after which a file or a pipe gets a line about what takes so long. Wall-clock
+time would depend on how busy the machine is."""
 
 
 @contextmanager
 def busy(what: str) -> Iterator[Callable[[str], None]]:
-    """Show `what` on stderr within the block, if stderr is a terminal and the block takes a while.
+    """Show `what` on stderr within the block, if the block takes a while.
 
-    The yielded function replaces the text. Do not print to stdout in the block: it would go to stderr.
+    The yielded function replaces the text. Do not print to stdout in the block: on a terminal it would go to
+    stderr. Without a terminal, lines on stderr show the text.
     """
     if not sys.stderr.isatty():
-        yield lambda _: None
+        with _printed_if_slow(what) as replace:
+            yield replace
         return
     status: Status | None = None
     with ExitStack() as shown:
@@ -59,6 +65,31 @@ def busy(what: str) -> Iterator[Callable[[str], None]]:
         finally:
             waiting.cancel()
             waiting.join()
+
+
+@contextmanager
+def _printed_if_slow(what: str) -> Iterator[Callable[[str], None]]:
+    """Print the text that the yielded function sets, if the block is slow."""
+    is_done, begun = threading.Event(), process_time()
+
+    def replace(text: str) -> None:
+        nonlocal what
+        what = text
+
+    def watch() -> None:
+        pause = SLOW
+        while not is_done.wait(pause):
+            if process_time() - begun >= SLOW:
+                print_note(f"{what} …")
+                pause = LINE_SECONDS
+
+    watching = threading.Thread(target=watch, daemon=True)
+    watching.start()
+    try:
+        yield replace
+    finally:
+        is_done.set()
+        watching.join()
 
 
 class _TimeLeft:
@@ -144,14 +175,18 @@ def _duration(seconds: float | None) -> str:
 
 @contextmanager
 def loading(what: str) -> Iterator[None]:
-    """Show that `what` is being loaded, as `busy` does, and collect no garbage within the block.
+    """Show that `what` is being loaded and by which step, as `busy` does, and collect no garbage within the
+    block.
 
     The loaded objects live until the program ends. Searching them for cycles takes a tenth of the time.
     """
     collecting = gc.isenabled()
     gc.disable()
     try:
-        with busy(f"loading {what}"):
+        with (
+            busy(f"loading {what}") as replace,
+            progress_sent_to(lambda step: replace(f"loading {what}: {step}")),
+        ):
             yield
     finally:
         gc.freeze()

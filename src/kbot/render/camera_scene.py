@@ -90,7 +90,8 @@ class PictureModel:
                 mocap=not body.is_static,
             )
             for part in body.parts:
-                _add(spec, added, part.shape, part.pose, part.rgba)
+                if part.visible:
+                    _add(spec, added, part.shape, part.pose, part.rgba)
 
     def _add_robot(self, spec: mujoco.MjSpec, robot: str) -> Iterator[tuple[str, str]]:
         """Add the links that have visuals, and yield robot and link name of each."""

@@ -28,7 +28,7 @@ from kbot.sim.motion_findings import MotionFindings
 from kbot.sim.motion_watch import MotionWatch
 from kbot.sim.naming import ROOT_NAMING, Naming
 from kbot.sim.plots import Plots
-from kbot.sim.preparation import Prepared, check_settings, prepare, read_robot
+from kbot.sim.preparation import check_settings, prepare, read_robot
 from kbot.sim.printed_lines import PrintedLines
 from kbot.sim.recipe import Contacts
 from kbot.sim.robot import SimulatedRobot
@@ -106,18 +106,16 @@ class Simulation:
         self.driver_findings: list[Diagnostic] = []
         """Findings about what drives the first robot, such as a policy. A reset does not clear them."""
         name = naming.name or robot.name
-
-        def at(pose: PlanarPose) -> tuple[Prepared, Assembly]:
-            prepared = prepare(robot, dataclasses.replace(naming, name=name), pose, limits, contacts)
-            return prepared, Assembly.of(place, contacts, timestep, {name: prepared.plan})
-
         self.start = ORIGIN if start is None else start
-        prepared, assembly = at(self.start)
+        prepared = prepare(robot, dataclasses.replace(naming, name=name), self.start, limits, contacts)
+        assembly = Assembly.of(place, contacts, timestep, {name: prepared.plan})
         overlapped = inside = assembly.overlapped_by(prepared.plan)
         free = assembly.free_place(prepared.plan) if inside and start is None else None
         if free is not None:
             self.start, inside = PlanarPose(*free), ""
-            prepared, assembly = at(self.start)
+            there = Transform.from_xyz_rpy((*free, 0.0), (0.0, 0.0, 0.0))
+            prepared = dataclasses.replace(prepared, plan=dataclasses.replace(prepared.plan, pose=there))
+            assembly = assembly.with_start(prepared.plan)
         off_ground = without_ground(place, name, prepared, assembly)
         warnings = (
             *place.diagnostics,

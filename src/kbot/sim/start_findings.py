@@ -14,7 +14,7 @@ from kbot.sim.preparation import Prepared
 from kbot.text import Diagnostic, Related, Severity
 from kbot.world import World
 from kbot.world.footprints import footprint
-from kbot.world.ground import STEP, middle_of_ground, surfaces_at
+from kbot.world.ground import STEP, Surfaces, middle_of_ground
 from kbot.world.world import FURTHEST, Body, Box, HeightField, Part, Plane
 
 START_CODES = frozenset({"W111", "W115"})
@@ -65,10 +65,11 @@ def without_ground(world: World, robot: str, prepared: Prepared, assembly: Assem
         return None  # W304: no link has a <collision>
     lowest = min(bottoms.values())
     points = [data.geom_xpos[geom, :2].tolist() for geom, z in bottoms.items() if z < lowest + _CARRIES]
-    sunk = [found for x, y in points for found in _around(world, x, y, lowest)]
+    surfaces = Surfaces(world)
+    sunk = [found for x, y in points for found in _around(surfaces, x, y, lowest)]
     if sunk:
         return _in_ground(robot, max(sunk, key=_height), lowest)
-    below = [_below(world, x, y, lowest) for x, y in points]
+    below = [_below(surfaces, x, y, lowest) for x, y in points]
     if all(below):
         return _too_high(robot, [_nearest(found, lowest) for found in below], lowest)
     x, y, _ = prepared.plan.pose.translation.tolist()
@@ -81,7 +82,7 @@ def without_ground(world: World, robot: str, prepared: Prepared, assembly: Assem
         body, at_x, at_y = middles[0]
         text = f"{where}, beside the ground: the nearest is '{body.name}' around {at_x:.4g}, {at_y:.4g}"
         return Diagnostic("W115", Severity.WARNING, text, None, ELSEWHERE)
-    drawn = (each for px, py in points for each in surfaces_at(world, px, py, solid=False))
+    drawn = (each for px, py in points for each in surfaces.at(px, py, solid=False))
     seen = next((each for each in drawn if abs(each[2] - lowest) < _DROP), None)
     if seen is not None:
         body, part, _ = seen
@@ -98,11 +99,11 @@ def without_ground(world: World, robot: str, prepared: Prepared, assembly: Assem
 _Surface = tuple[Body, Part, float]
 
 
-def _below(world: World, x: float, y: float, height: float) -> list[_Surface]:
+def _below(surfaces: Surfaces, x: float, y: float, height: float) -> list[_Surface]:
     """The surfaces that may carry a wheel at a point: the first one just below its lowest point, or else all
     of parts that reach below it."""
     found = []
-    for surface in surfaces_at(world, x, y):
+    for surface in surfaces.at(x, y):
         if -_DROP <= surface[2] - height <= STEP:
             return [surface]
         if _reaches(surface, height + STEP):
@@ -129,11 +130,11 @@ def _height(surface: _Surface) -> float:
     return surface[2]
 
 
-def _around(world: World, x: float, y: float, height: float) -> list[_Surface]:
+def _around(surfaces: Surfaces, x: float, y: float, height: float) -> list[_Surface]:
     """The surfaces of ground that has the point inside it, deeper than a wheel can drive onto."""
     return [
         each
-        for each in surfaces_at(world, x, y, within=0.0)
+        for each in surfaces.at(x, y, within=0.0)
         if each[1].ground
         and isinstance(each[1].shape, Plane | Box)
         and each[2] - height > STEP

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from kbot.text.span import Origin, Span
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
 _MOST = 100_000
 """Size of all diagnostics of a file, as `_size` counts it. It allows 25,000 diagnostics without macro calls,
@@ -50,7 +50,8 @@ class Fix:
 class Related:
     """Another place that a finding refers to.
 
-    `is_in_message`: the finding's message already contains this place, so that the text output omits it.
+    `is_in_message`: the finding's message already contains or counts this place, so that the text output
+    omits it.
     """
 
     message: str
@@ -63,7 +64,8 @@ class Diagnostic:
     """One finding: what is wrong, where it is, and what to do.
 
     `code` is stable and never reused for something else. `origin` is None only if no text is involved. `hint`
-    is one sentence about what to do.
+    is one sentence about what to do. `cause` is the same in all diagnostics of a code that `one_per_cause`
+    merges, and empty in those that it does not.
     """
 
     code: str
@@ -73,6 +75,7 @@ class Diagnostic:
     hint: str = ""
     related: tuple[Related, ...] = ()
     fix: Fix | None = None
+    cause: str = ""
 
     @property
     def is_error(self) -> bool:
@@ -81,6 +84,38 @@ class Diagnostic:
     def __str__(self) -> str:
         where = f"{self.origin}: " if self.origin else ""
         return f"{where}{self.severity}: {self.message} [{self.code}]"
+
+
+def one_per_cause(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """The diagnostics, with those of one code and `cause` merged into one, in order.
+
+    A world of 6000 plants whose model is missing has one fault, not 6000. The merged diagnostic is that of
+    the first place in its file. Its message counts the places, and the others are related places.
+    """
+    groups: dict[object, list[Diagnostic]] = {}
+    for number, diagnostic in enumerate(diagnostics):
+        key = (diagnostic.code, diagnostic.severity, diagnostic.cause) if diagnostic.cause else number
+        groups.setdefault(key, []).append(diagnostic)
+    return tuple(_merged(group) for group in groups.values())
+
+
+def _merged(group: list[Diagnostic]) -> Diagnostic:
+    if len(group) == 1:
+        return group[0]
+    file = group[0].origin.span.file if group[0].origin else ""
+    placed = [(d.origin.span.file != file, d.origin.span.start, n) for n, d in enumerate(group) if d.origin]
+    (_, _, index), *others = sorted(placed) or [(False, 0, 0)]
+    first = group[index]
+    origins = dict.fromkeys(group[n].origin for _, _, n in others)
+    places = [Related("also here", o, is_in_message=True) for o in origins if o and o != first.origin]
+    if not places:  # one place that is used several times, such as a line of a model
+        return first
+    message = f"{first.message} ({len(places) + 1} places)"
+    fixes = [d.fix for d in group if d.fix]
+    fix = first.fix
+    if fix and all((other.title, other.safe) == (fix.title, fix.safe) for other in fixes):
+        fix = replace(fix, edits=tuple(dict.fromkeys(edit for other in fixes for edit in other.edits)))
+    return replace(first, message=message, related=(*first.related, *places), fix=fix)
 
 
 def bounded(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -13,11 +13,13 @@ class DiagnosticCollector:
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
 
-    def error(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
-        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint))
+    def error(self, code: str, message: str, origin: Origin | None, hint: str = "", cause: str = "") -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.ERROR, message, origin, hint, cause=cause))
 
-    def warning(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
-        self.diagnostics.append(Diagnostic(code, Severity.WARNING, message, origin, hint))
+    def warning(
+        self, code: str, message: str, origin: Origin | None, hint: str = "", cause: str = ""
+    ) -> None:
+        self.diagnostics.append(Diagnostic(code, Severity.WARNING, message, origin, hint, cause=cause))
 
     def info(self, code: str, message: str, origin: Origin | None, hint: str = "") -> None:
         self.diagnostics.append(Diagnostic(code, Severity.INFO, message, origin, hint))

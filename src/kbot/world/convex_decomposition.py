@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.planar import convex_hull, twice_area
+from kbot.kinematics.planar import Point, convex_hull, twice_area
 from kbot.world.world import TriangleMesh
 
 THICKNESS = 0.005
@@ -44,7 +44,7 @@ def convex_pieces(mesh: TriangleMesh) -> tuple[TriangleMesh, ...] | None:
         used, renumbered = np.unique(part, return_inverse=True)
         own, own_faces = vertices[used], renumbered.reshape(part.shape)
         if _is_convex(own, own_faces):
-            pieces.append(TriangleMesh(own, own_faces.astype(np.int32)))
+            pieces.append(TriangleMesh(own, own_faces.astype(np.int32), is_piece=True))
         elif len(pieces) + len(own_faces) > MOST_PIECES:
             return None  # before the plates of many triangles are made, which takes seconds
         else:
@@ -63,8 +63,8 @@ def _is_convex(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> bool:
     solid = length > 0.0
     normal, corner = normal[solid] / length[solid, None], corner[solid]
     deepest = 0.0
-    for start in range(0, len(normal), 256):
-        rows = slice(start, start + 256)
+    starts = [0, *range(16, len(normal), 256)]  # a few of the faces show that most hollow meshes are not
+    for rows in map(slice, starts, [*starts[1:], len(normal)]):
         reach = normal[rows] @ vertices.T - np.sum(normal[rows] * corner[rows], axis=1)[:, None]
         if reach.max(initial=0.0) > _FLAT * size:
             return False
@@ -95,63 +95,89 @@ def _plates(vertices: NDArray[np.float64], faces: NDArray[np.intp]) -> list[Tria
     areas = np.linalg.norm(normals, axis=1)
     # the engine's hull of a sliver is imprecise, and the gap that it leaves is narrower than a millimetre
     kept = areas > np.maximum(_NARROW * (edges**2).sum(axis=2).max(axis=1), 1e-9)
-    faces, normals = faces[kept], normals[kept] / areas[kept, None]
-    return [_plate(vertices, faces[patch], normals[patch[0]]) for patch in _patches(vertices, faces, normals)]
+    faces, normals, areas = faces[kept], normals[kept] / areas[kept, None], areas[kept]
+    return [
+        _plate(vertices, faces[patch], normals[patch[0]])
+        for patch in _patches(vertices, faces, normals, areas)
+    ]
 
 
 def _patches(
-    vertices: NDArray[np.float64], faces: NDArray[np.intp], normals: NDArray[np.float64]
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.intp],
+    normals: NDArray[np.float64],
+    areas: NDArray[np.float64],
 ) -> Iterator[list[int]]:
-    """Split the triangles into patches that are flat and convex. Each grows by one neighbour at a time."""
+    """Split the triangles into patches that are flat and convex. Each grows by one neighbour at a time.
+
+    `areas` are twice those of the triangles. Plain numbers are faster here than arrays of three.
+    """
     at_edge: dict[tuple[int, int], list[int]] = {}
-    for index, (a, b, c) in enumerate(faces.tolist()):
+    corners: list[tuple[int, int, int]] = list(map(tuple, faces.tolist()))
+    for index, (a, b, c) in enumerate(corners):
         for edge in ((a, b), (b, c), (c, a)):
             at_edge.setdefault(edge, []).append(index)
+    right = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+    right /= np.linalg.norm(right, axis=1)[:, None]
+    planes = np.hstack([right, np.cross(normals, right)]).tolist()
+    points, across, twice = vertices.tolist(), normals.tolist(), areas.tolist()
     free = dict.fromkeys(range(len(faces)))
     while free:
         seed = next(iter(free))
         del free[seed]
+        (nx, ny, nz), plane = across[seed], planes[seed]
         patch, tried = [seed], set[int]()
+        filled, outline = twice[seed], {i: _on_plane(points[i], plane) for i in corners[seed]}
         waiting = [seed]
         while waiting:
-            a, b, c = faces[waiting.pop()].tolist()
+            a, b, c = corners[waiting.pop()]
             # a neighbour of the same side has the edge in the other direction
             for other in (i for edge in ((b, a), (c, b), (a, c)) for i in at_edge.get(edge, ())):
-                if other not in free or other in tried or normals[other] @ normals[seed] < _PARALLEL:
+                x, y, z = across[other]
+                if other not in free or other in tried or x * nx + y * ny + z * nz < _PARALLEL:
                     continue
                 tried.add(other)
-                more = vertices[faces[[*patch, other]]]
-                if len(patch) < _MOST_TRIANGLES and _is_convex_patch(more, normals[seed]):
+                if len(patch) == _MOST_TRIANGLES:
+                    continue
+                more = outline | {i: _on_plane(points[i], plane) for i in corners[other] if i not in outline}
+                # triangles in a plane are convex if they fill their convex outline
+                if filled + twice[other] > (1.0 - _FLAT) * _twice_area_of_outline(more.values()):
                     del free[other]
                     patch.append(other)
                     waiting.append(other)
+                    filled, outline = filled + twice[other], more
                     tried.clear()  # it may make a neighbour convex that was not
         yield patch
 
 
-def _is_convex_patch(triangles: NDArray[np.float64], normal: NDArray[np.float64]) -> bool:
-    """Whether triangles (n, 3, 3) in a plane fill their convex outline."""
-    axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    right = np.cross(normal, axis)
-    right /= np.linalg.norm(right)
-    flat = triangles @ np.column_stack([right, np.cross(normal, right)])
-    outline = convex_hull((x, y) for x, y in flat.reshape(-1, 2).tolist())
-    across, along = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-    filled = np.sum(across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0])
-    first = outline[0]
-    whole = sum(twice_area(first, p, q) for p, q in pairwise(outline[1:]))
-    return bool(filled > (1.0 - _FLAT) * whole)
+def _on_plane(point: Sequence[float], plane: Sequence[float]) -> Point:
+    """A point in the two axes of a plane."""
+    x, y, z = point
+    a, b, c, d, e, f = plane
+    return a * x + b * y + c * z, d * x + e * y + f * z
+
+
+def _twice_area_of_outline(points: Iterable[Point]) -> float:
+    first, *others = convex_hull(points)
+    return sum(twice_area(first, p, q) for p, q in pairwise(others))
 
 
 def _plate(
     vertices: NDArray[np.float64], faces: NDArray[np.intp], normal: NDArray[np.float64]
 ) -> TriangleMesh:
     """The plate behind a patch: first the corners of its back, then those of the patch."""
-    used, renumbered = np.unique(faces, return_inverse=True)
-    back, count = renumbered.reshape(faces.shape), len(used)
-    edges = sorted(map(tuple, back[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()))
-    rim = [(a, b) for a, b in edges if (b, a) not in edges]
-    sides = [side for a, b in rim for side in ((a, b, b + count), (a, b + count, a + count))]
+    corners = faces.ravel().tolist()
+    used = sorted(set(corners))
+    number = {index: n for n, index in enumerate(used)}
+    count = len(used)
+    back = [number[index] for index in corners]
+    triangles = list(zip(back[::3], back[1::3], back[2::3], strict=True))
+    edges = {edge for a, b, c in triangles for edge in ((a, b), (b, c), (c, a))}
+    shell = [(c, b, a) for a, b, c in triangles]
+    shell += [(a + count, b + count, c + count) for a, b, c in triangles]
+    for a, b in sorted(edges):
+        if (b, a) not in edges:
+            shell += [(a, b, b + count), (a, b + count, a + count)]
     front = vertices[used]
-    shell = np.vstack([back[:, ::-1], back + count, sides]).astype(np.int32)
-    return TriangleMesh(np.vstack([front - normal * THICKNESS, front]), shell)
+    corners_of_both = np.vstack([front - normal * THICKNESS, front])
+    return TriangleMesh(corners_of_both, np.array(shell, dtype=np.int32), is_piece=True)

@@ -22,10 +22,10 @@ def footprint(shape: Shape, pose: Transform, low: float, high: float) -> Points 
 
     None if nothing of the shape is between them, or the shape is infinite (planes, height fields).
     """
-    corners = _corners(shape)
-    if corners is None:
+    around = corners(shape)
+    if around is None:
         return None
-    points = pose.apply(corners)
+    points = pose.apply(around)
     z = points[:, 2]
     if z.min() >= high or z.max() <= low:
         return None
@@ -40,15 +40,16 @@ def footprint(shape: Shape, pose: Transform, low: float, high: float) -> Points 
 
 def top(shape: Shape, pose: Transform) -> float:
     """Height in m of a shape's highest point. For an infinite shape it is that of its pose."""
-    corners = _corners(shape)
-    return float((pose.translation if corners is None else pose.apply(corners).max(axis=0))[2])
+    around = corners(shape)
+    return float((pose.translation if around is None else pose.apply(around).max(axis=0))[2])
 
 
-def _corners(shape: Shape) -> Points | None:
+def corners(shape: Shape) -> Points | None:
+    """Points (n, 3) in m whose hull contains a shape. None for an infinite shape."""
     match shape:
         case Box(size=size):
-            corners: Points = _signs() * (np.array(size) / 2)
-            return corners
+            box: Points = _signs() * (np.array(size) / 2)
+            return box
         case Cylinder(radius=radius, length=length):
             ring = _ring(radius)
             tube: Points = np.concatenate([np.insert(ring, 2, z, axis=1) for z in (-length / 2, length / 2)])

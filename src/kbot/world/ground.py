@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
-from kbot.world.footprints import footprint, top
+from kbot.world.footprints import corners, footprint, top
 from kbot.world.occupancy import OccupancyGrid
 from kbot.world.world import FURTHEST, Body, Box, HeightField, Part, Plane, World
 
@@ -81,17 +81,53 @@ def impassable(heights: Heights, resolution: float) -> NDArray[np.bool_]:
     return blocked
 
 
-def surfaces_at(
-    world: World, x: float, y: float, *, solid: bool = True, within: float = _GAP
-) -> Iterator[tuple[Body, Part, float]]:
-    """The parts at most `within` m from a point, each with its body and the height in m of its upper surface.
+class Surfaces:
+    """The upper surfaces of a world's parts, found by place. Walls that are planes are left out.
 
-    Without `solid`, these are the parts that are only drawn. Walls that are planes are left out.
+    The boxes around all parts are computed at once, because a hollow mesh has thousands of convex pieces.
     """
-    around_x = x + np.array([[-within, 0.0, within]])
-    around_y = y + np.array([[-within], [0.0], [within]])
-    for body in world.bodies:
-        for part in body.parts:
+
+    def __init__(self, world: World) -> None:
+        self._parts = [(body, part) for body in world.bodies for part in body.parts]
+        self._low = np.full((len(self._parts), 2), -np.inf)
+        self._high = np.full((len(self._parts), 2), np.inf)
+        poses: list[Transform] = []
+        around, points, pose_of = [], list[Heights](), list[int]()
+        in_body: Transform | None = None
+        for index, (body, part) in enumerate(self._parts):
+            own = corners(part.shape)
+            if own is None:
+                continue  # it is infinite
+            if part.pose is not in_body or body is not self._parts[index - 1][0]:
+                poses.append(body.pose @ part.pose)  # the pieces of a mesh have the same one
+                in_body = part.pose
+            around.append(index)
+            points.append(own)
+            pose_of.append(len(poses) - 1)
+        if not around:
+            return
+        counts = [len(own) for own in points]
+        which = np.repeat(pose_of, counts)
+        rows = np.array([pose.rotation[:2] for pose in poses])[which]
+        shifts = np.array([pose.translation[:2] for pose in poses])[which]
+        flat = np.einsum("nij,nj->ni", rows, np.concatenate(points)) + shifts
+        starts = np.cumsum([0, *counts[:-1]])
+        self._low[around] = np.minimum.reduceat(flat, starts)
+        self._high[around] = np.maximum.reduceat(flat, starts)
+
+    def at(
+        self, x: float, y: float, *, solid: bool = True, within: float = _GAP
+    ) -> Iterator[tuple[Body, Part, float]]:
+        """The parts at most `within` m from a point, each with its body and the height in m of its surface.
+
+        Without `solid`, these are the parts that are only drawn.
+        """
+        around_x = x + np.array([[-within, 0.0, within]])
+        around_y = y + np.array([[-within], [0.0], [within]])
+        place, margin = np.array([x, y]), within + _LEVEL
+        near = (self._low <= place + margin).all(axis=1) & (self._high >= place - margin).all(axis=1)
+        for index in np.flatnonzero(near).tolist():
+            body, part = self._parts[index]
             pose = body.pose @ part.pose
             if part.solid is not solid or (isinstance(part.shape, Plane) and not _is_gentle(pose)):
                 continue

@@ -24,8 +24,6 @@ DENSITY = 100.0
 """Density of a box in kg/m^3: that of a filled carton."""
 EDGE = 0.1
 """Default edge of a box in m."""
-LEFT_OUT = frozenset({"W202", "W206"})
-"""The codes of ignored models and shapes: a file is not found, or cannot be used."""
 
 
 def thing(kind: str, name: str, pose: Transform, size: tuple[float, float, float] | None = None) -> Body:
@@ -90,7 +88,7 @@ def read_sdf_model(sdf: str, name: str | None, *, is_confined: bool = False) -> 
     """Read an SDF model, given as its text or the name of its file. `name` is used in errors about a text.
 
     Use `is_confined` for models that a peer sends. Then the model may name only the files that
-    `kbot.world.sdf.reach` allows, and an ignored shape or model is an error.
+    `kbot.world.sdf.reach` allows, and what would be repaired or left out is an error.
 
     Raises:
         DescriptionError: the model cannot be used. It carries every finding.
@@ -104,10 +102,10 @@ def read_sdf_model(sdf: str, name: str | None, *, is_confined: bool = False) -> 
         path = str(Path(sdf) / "model.sdf" if Path(sdf).is_dir() else sdf)
     with unsaved(texts):
         world = read_sdf(path, with_floor=False, reach=Reach() if is_confined else None)
-        left_out = [replace(d, severity=Severity.ERROR) for d in world.diagnostics if d.code in LEFT_OUT]
         models = {body.belongs_to for body in world.bodies}
-        if left_out and (is_confined or not models):
-            raise DescriptionError(left_out)
+        faults = [d for d in world.diagnostics if d.severity is Severity.WARNING]
+        if faults and not models:  # they are why
+            raise DescriptionError([replace(d, severity=Severity.ERROR) for d in faults])
         if len(models) != 1:
             raise KbotError(_not_one_model(path, len(models)))
     return SdfModel(sdf, is_confined, models.pop(), world.bodies, world.loops, world.diagnostics)

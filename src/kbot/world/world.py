@@ -43,10 +43,14 @@ class Ellipsoid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TriangleMesh:
-    """Triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices. It collides as its convex hull."""
+    """Triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices. It collides as its convex hull.
+
+    A mesh that `is_piece` is a convex piece of another one: its vertices differ, and it has a volume.
+    """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int32]
+    is_piece: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

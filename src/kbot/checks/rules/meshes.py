@@ -41,35 +41,32 @@ def mesh_missing(context: Context) -> Found:
 
     Autofix: none.
     """
-    reported: set[str] = set()
     for link, shape, mesh in _meshes(context):
         if mesh.path is not None:
-            why = unreadable(mesh.path)
-            if why and mesh.uri not in reported:
-                reported.add(mesh.uri)
-                yield Finding(mesh.origin, f"{link.name}: {why}")
+            if why := unreadable(mesh.path):
+                yield Finding(mesh.origin, f"{link.name}: {why}", cause=why)
             continue
-        if mesh.uri in reported:
-            continue
-        reported.add(mesh.uri)
         if not mesh.uri.strip():
-            yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh names no file")
+            message = f"{link.name}: the {shape_name(shape)}'s mesh names no file"
+            yield Finding(mesh.origin, message, cause="no file")
             continue
         try:
             expected = _expected(context, mesh.uri)
         except KbotError as error:
-            yield Finding(mesh.origin, f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {error}")
+            message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri}: {error}"
+            yield Finding(mesh.origin, message, cause=str(error))
             continue
         if not expected:
             continue
         found = context.folders.find_ignoring_case(expected)
         if found == expected:
-            yield Finding(mesh.origin, f"{link.name}: {expected} is not a file that can be read")
+            message = f"{link.name}: {expected} is not a file that can be read"
+            yield Finding(mesh.origin, message, cause=expected)
         elif found is None:
             folder, name = os.path.split(expected)
             hint = did_you_mean(name, context.folders.names(folder))
             message = f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} does not exist"
-            yield Finding(mesh.origin, message, hint)
+            yield Finding(mesh.origin, message, hint, cause=expected)
 
 
 def _expected(context: Context, uri: str) -> str:
@@ -99,11 +96,9 @@ def mesh_case(context: Context) -> Found:
 
     Autofix: none.
     """
-    reported: set[str] = set()
     for link, shape, mesh in _meshes(context):
-        if mesh.uri in reported or not mesh.uri.strip():
+        if not mesh.uri.strip():
             continue
-        reported.add(mesh.uri)
         try:
             expected = mesh.path or _expected(context, mesh.uri)
         except KbotError:
@@ -118,6 +113,7 @@ def mesh_case(context: Context) -> Found:
                 f"{link.name}: the {shape_name(shape)}'s mesh {mesh.uri} differs by case from the file "
                 f"'{found}'",
                 "write the name of the file exactly: Linux distinguishes upper and lower case",
+                cause=expected,
             )
 
 
@@ -170,6 +166,7 @@ def mesh_size(context: Context) -> Found:
                 mesh.origin,
                 f"{link.name}: the {shape_name(shape)}'s mesh measures {extent:.4g} m: check its units",
                 hint,
+                cause=f"{mesh.path} {mesh.scale}",
             )
 
 
@@ -186,11 +183,9 @@ def collada_scaled_twice(context: Context) -> Found:
 
     Autofix: none.
     """
-    reported: set[str] = set()
     for link, _, mesh in _meshes(context):
-        if not mesh.path or not mesh.path.lower().endswith(".dae") or mesh.uri in reported:
+        if not mesh.path or not mesh.path.lower().endswith(".dae"):
             continue
-        reported.add(mesh.uri)
         unit = _collada_unit(mesh.path)
         factor = abs(mesh.scale[0])
         if unit is not None and unit != 1.0 and abs(factor / unit - 1.0) < 1e-6:
@@ -199,6 +194,7 @@ def collada_scaled_twice(context: Context) -> Found:
                 f"{link.name}: the mesh file declares the unit {unit:g} m and is scaled by {factor:g} again: "
                 f"the part is {1.0 / unit:g} times too small",
                 "remove the scale",
+                cause=mesh.path,
             )
 
 
@@ -240,4 +236,5 @@ def heavy_collision_mesh(context: Context) -> Found:
                 mesh.origin,
                 f"{link.name}: the collision's mesh has {facts.triangles:,} triangles",
                 "use simple shapes",
+                cause=mesh.path,
             )

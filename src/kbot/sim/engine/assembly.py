@@ -7,17 +7,21 @@ import re
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 
 import mujoco
 import numpy as np
 
 from kbot.sim.engine.contacts import GROUNDS
+from kbot.sim.engine.geometry import wxyz
 from kbot.sim.engine.placing import ground_height, lowest_point, places_around
 from kbot.sim.engine.robot_builder import RobotPlan, add_robot
 from kbot.sim.engine.welds import Weld, add_weld
 from kbot.sim.engine.world_builder import PREFIX, add_world, owner, planes_of
 from kbot.sim.recipe import IMPRATIO, Contacts
 from kbot.text import DescriptionError, Diagnostic, DiagnosticCollector, KbotError, Origin, Severity
+from kbot.text.diagnostic import one_per_cause
+from kbot.text.progress import working_on
 from kbot.world import World
 
 _NAMED = re.compile(r"[Ee]lement(?: name)? '([^']+)'")
@@ -39,12 +43,13 @@ def compile_model(
     spec = build_spec(world, plans, timestep, welds, findings)
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
+        working_on(f"the physics engine computes the hulls of {len(spec.meshes)} meshes")
         try:
             model = spec.compile()
         except ValueError as error:
             raise DescriptionError([_error(str(error), plans, world)]) from None
     engine_warnings = (_warning(str(entry.message), model, plans, world) for entry in warned)
-    return model, (*findings.diagnostics, *engine_warnings)
+    return model, (*one_per_cause(findings.diagnostics), *engine_warnings)
 
 
 def build_spec(
@@ -152,15 +157,22 @@ class Assembly:
         """
         met = {name: dataclasses.replace(plan, others=len(plans) > 1) for name, plan in plans.items()}
         model, diagnostics = compile_model(world, tuple(met.values()), timestep, welds)
-        data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
-        geoms: dict[str, list[int]] = {name: [] for name in met}
-        for geom in np.flatnonzero(model.geom_bodyid).tolist():  # the others are static shapes of the world
-            geoms.setdefault(owner(model, geom).partition("/")[0], []).append(geom)
-        for name, plan in met.items():
-            _put_on_ground(model, data, plan, geoms[name])
-        mujoco.mj_resetData(model, data)
-        return cls(world, contacts, timestep, met, model, data, diagnostics, welds)
+        return cls(world, contacts, timestep, met, model, _started(model, met), diagnostics, welds)
+
+    def with_start(self, plan: RobotPlan) -> Assembly:
+        """A copy at the start, in which a robot that is not fixed starts at the pose of another plan.
+
+        It equals one that is compiled from that plan, which takes seconds for thousands of shapes.
+        """
+        model, pose = copy(self.model), plan.pose
+        root = model.body(plan.prefix + plan.robot.root).id
+        at = int(model.jnt_qposadr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, plan.prefix)])
+        model.body_pos[root], model.body_quat[root] = pose.translation, wxyz(pose)
+        for start in (model.qpos0, model.qpos_spring):
+            start[at : at + 7] = (*model.body_pos[root], *model.body_quat[root])
+        mujoco.mj_setConst(model, mujoco.MjData(model))  # as the compiler does at its end
+        plans = {**self.plans, plan.name: dataclasses.replace(plan, others=len(self.plans) > 1)}
+        return dataclasses.replace(self, plans=plans, model=model, data=_started(model, plans))
 
     def with_robot(self, plan: RobotPlan) -> Assembly:
         """A copy of the current state with one more robot.
@@ -259,6 +271,19 @@ class Assembly:
             if any(own):
                 return (names[own.index(False)] if False in own else names[0]).strip("/")
         return ""
+
+
+def _started(model: mujoco.MjModel, plans: Mapping[str, RobotPlan]) -> mujoco.MjData:
+    """The state at the start, with the lowest point of every robot on the ground."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    geoms: dict[str, list[int]] = {name: [] for name in plans}
+    for geom in np.flatnonzero(model.geom_bodyid).tolist():  # the others are static shapes of the world
+        geoms.setdefault(owner(model, geom).partition("/")[0], []).append(geom)
+    for name, plan in plans.items():
+        _put_on_ground(model, data, plan, geoms[name])
+    mujoco.mj_resetData(model, data)
+    return data
 
 
 _PRESSED = 1e-9

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -80,19 +81,33 @@ class Meshes:
     def __init__(self, spec: mujoco.MjSpec) -> None:
         self.spec = spec
         self._names: dict[Mesh | w.TriangleMesh, str] = {}
+        self._new: dict[str, NDArray[np.float64]] = {}
+
+    @cached_property
+    def _old(self) -> frozenset[str]:
+        """The names of the meshes that the model has. The time of `spec.mesh(name)` grows with their
+        number."""
+        return frozenset(mesh.name for mesh in self.spec.meshes)
 
     def name(self, mesh: Mesh | w.TriangleMesh) -> str:
-        """Return the name of a mesh. Add it if the model does not have it.
+        """Return the name of a mesh, for shapes that use it. `finish` adds it.
 
         Raises:
             KbotError: the mesh cannot be read, or is flat.
         """
         name = self._names.get(mesh)
         if name is None:
-            name = self._names[mesh] = self._added(mesh)
+            name = self._names[mesh] = self._wanted(mesh)
         return name
 
-    def _added(self, mesh: Mesh | w.TriangleMesh) -> str:
+    def finish(self) -> None:
+        """Add the meshes to the model, after its shapes: attaching thousands of shapes visits every mesh each
+        time."""
+        for name, points in self._new.items():
+            _add_mesh(self.spec, name, points)
+        self._new.clear()
+
+    def _wanted(self, mesh: Mesh | w.TriangleMesh) -> str:
         if isinstance(mesh, w.TriangleMesh):
             name, vertices = mesh_name(mesh.vertices), mesh.vertices
         elif mesh.path is None:
@@ -100,8 +115,9 @@ class Meshes:
         else:
             name = f"{mesh.path} {mesh.scale}"
             vertices = load_mesh(mesh.path).vertices * np.array(mesh.scale)
-        if self.spec.mesh(name) is None:
-            _add_mesh(self.spec, name, vertices)
+        if name not in self._new and name not in self._old:
+            is_piece = isinstance(mesh, w.TriangleMesh) and mesh.is_piece
+            self._new[name] = vertices if is_piece else _solid(vertices)
         return name
 
 
@@ -113,11 +129,16 @@ def mesh_name(*arrays: NDArray[np.float64] | NDArray[np.int_]) -> str:
     return f"mesh {digest.hexdigest()}"
 
 
-def _add_mesh(spec: mujoco.MjSpec, name: str, vertices: ArrayLike) -> None:
-    """Add a mesh that collides as the convex hull of its vertices."""
+def _solid(vertices: ArrayLike) -> NDArray[np.float64]:
+    """The different vertices of a mesh. Raises KbotError: the mesh is flat."""
     points = distinct(np.asarray(vertices, dtype=np.float64))
     if len(points) < 4 or _is_flat(points):
         raise KbotError("the mesh is flat: a collision shape needs a volume")
+    return points
+
+
+def _add_mesh(spec: mujoco.MjSpec, name: str, points: NDArray[np.float64]) -> None:
+    """Add a mesh that collides as the convex hull of its vertices."""
     spec.add_mesh(
         name=name,
         uservert=points.ravel(),

@@ -6,18 +6,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from kbot.kinematics.bodies import THINNEST, MassProperties, possible_moments, principal_axes
+from kbot.kinematics.bodies import MassProperties
 from kbot.kinematics.drive.drive import DifferentialDrive, NoDrive
 from kbot.kinematics.drive.wheels import rigid_links
+from kbot.kinematics.inertia_repair import SMALLEST, possible_tensor
 from kbot.kinematics.transform import Transform
 from kbot.model import Collision, Inertial, Link, RobotModel, Visual
 from kbot.model.shapes import bounds
 from kbot.text import DiagnosticCollector, KbotError
-
-SMALLEST = 1e-14
-"""kg or kg m^2. The engine treats less as zero: MuJoCo's smallest mass of a moving body is 1e-15."""
-_WATER = 1000.0
-"""Density in kg/m^3."""
 
 
 def set_inertial(body: mujoco.MjsBody, link: Link, moves_alone: bool, findings: DiagnosticCollector) -> None:
@@ -126,67 +122,19 @@ def _has_mass(inertials: list[Inertial]) -> bool:
 def _possible(
     link: Link, inertial: Inertial, moves_alone: bool, findings: DiagnosticCollector
 ) -> NDArray[np.float64] | None:
-    """The link's inertia tensor, or None with an error.
-
-    An impossible tensor is replaced, with a warning, by the nearest possible one. A link that `moves_alone`
-    and has no inertia gets that of its shapes.
-    """
+    """The link's inertia tensor, repaired if it is impossible. None with an error if it is not finite."""
     matrix = np.array(inertial.tensor)
     if not np.isfinite(matrix).all():
         message = f"link '{link.name}' has an inertia that is not a finite number"
         findings.error("W103", message, inertial.inertia_origin)
         return None
-    moments, axes = principal_axes(matrix)
-    moments[np.abs(moments) <= SMALLEST] = 0.0
-    if not moments.any() and not moves_alone:
-        return np.zeros((3, 3))  # a point mass on another link
-    possible = possible_moments(moments)
-    if possible is None:
-        return _of_shapes(link, inertial, moments, findings)
-    changed = float(np.abs(possible - moments).max())
-    if changed <= 1e-12 * moments[2]:
-        return matrix
-    if moments[0] <= 0.0:
-        findings.warning(
-            "W104",
-            f"link '{link.name}' has an impossible inertia: its smallest principal moment is"
-            f" {moments[0]:.4g} kg m^2. KBot uses the principal moments {_listed(possible)} kg m^2",
-            inertial.inertia_origin, "give <inertia> the moments of the link's shape",
-        )  # fmt: skip
-    elif changed > 5e-4 * moments[2]:
-        a, b, c = moments
-        findings.warning(
-            "W104",
-            f"link '{link.name}' has an impossible inertia: the largest principal moment, {c:.4g}, exceeds"
-            f" the sum of the others, {a:.4g} + {b:.4g} kg m^2. KBot adds {changed:.4g} to each of these",
-            inertial.inertia_origin, "give <inertia> the moments of the link's shape",
-        )  # fmt: skip
-    repaired: NDArray[np.float64] = axes @ np.diag(possible) @ axes.T
-    return repaired
 
+    def corners() -> NDArray[np.float64]:
+        shapes = link.collisions or link.visuals
+        return np.array([corner for shape in shapes for corner in _corners(inertial, shape)]).reshape(-1, 3)
 
-def _of_shapes(
-    link: Link, inertial: Inertial, moments: NDArray[np.float64], findings: DiagnosticCollector
-) -> NDArray[np.float64]:
-    """The inertia of a solid box around the link's shapes with the link's mass, with a warning.
-
-    A link without shapes is a cube of water.
-    """
-    shapes = link.collisions or link.visuals
-    corners = [corner for shape in shapes for corner in _corners(inertial, shape)]
-    size, what = np.ptp(corners, axis=0) if corners else np.zeros(3), "a box around its shapes"
-    if not size.any():
-        size, what = np.full(3, (inertial.mass / _WATER) ** (1.0 / 3.0)), "a cube of water"
-    size = np.maximum(size, THINNEST * size.max())
-    second = inertial.mass * size**2 / 12.0
-    tensor = np.diag(second.sum() - second)
-    lack = "moves but has no inertia" if not moments.any() else "has no moment of inertia above 0"
-    findings.warning(
-        "W103",
-        f"link '{link.name}' {lack}. KBot uses that of {what}: {_listed(np.diag(tensor))} kg m^2",
-        inertial.inertia_origin, "give <inertia> the moments of the link's shape",
-    )  # fmt: skip
-    return tensor
+    name, origin = f"link '{link.name}'", inertial.inertia_origin
+    return possible_tensor(name, inertial.mass, matrix, corners, findings, origin, moves_alone=moves_alone)
 
 
 def _corners(inertial: Inertial, shape: Visual | Collision) -> list[NDArray[np.float64]]:
@@ -197,7 +145,3 @@ def _corners(inertial: Inertial, shape: Visual | Collision) -> list[NDArray[np.f
     except KbotError:
         return []  # a broken mesh, which is reported elsewhere
     return [] if box is None else [corner + inertial_from_shape.translation for corner in box]
-
-
-def _listed(moments: NDArray[np.float64]) -> str:
-    return ", ".join(f"{moment:.4g}" for moment in moments)

@@ -69,6 +69,7 @@ def add_robot(
     check_masses(robot, findings)
     shapes = _Shapes(spec, plan, grounds, planes, findings)
     root = spec.worldbody.add_body(name=prefix + robot.root, pos=plan.pose.translation, quat=wxyz(plan.pose))
+    root.ipos = (0.0, 0.0, 0.0)  # of a root without mass: by default the engine uses the start pose
     held, lone = held_joints(robot), lone_links(robot)
     if not is_fixed(robot):
         root.add_freejoint(name=prefix)
@@ -98,6 +99,7 @@ def add_robot(
     add_joint_servos(spec, robot, (*driven, *held), prefix)
     add_mimics(spec, robot, held, driven, prefix, findings)
     shapes.exclude_self_collisions()
+    shapes.meshes.finish()
 
 
 class _Shapes:
@@ -190,6 +192,7 @@ class _Shapes:
                 "W106",
                 f"link '{link.name}': this collision shape is ignored: {error}",
                 collision.geometry.origin,
+                cause=str(error),
             )
             return None
 

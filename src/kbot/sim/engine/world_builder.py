@@ -18,6 +18,7 @@ from kbot.sim.engine.plane_contacts import add_plane_shapes
 from kbot.sim.engine.static_shapes import StaticShapes
 from kbot.sim.engine.world_joints import add_world_joint, stiffen
 from kbot.text import DiagnosticCollector, KbotError
+from kbot.text.progress import working_on
 from kbot.world import world as w
 from kbot.world.body_joints import Loop
 
@@ -40,6 +41,7 @@ def add_world(
     added: dict[str, tuple[mujoco.MjsBody, w.Body]] = {}
     meshes, statics, grounds = Meshes(spec), StaticShapes(spec), list[mujoco.MjsGeom]()
     planes = planes_of(world)
+    working_on(f"adding {sum(len(body.parts) for body in world.bodies)} shapes to the physics engine")
     for body in world.bodies:
         own = _own_body(spec, body, moving_models, added)
         if own is not None:
@@ -73,6 +75,7 @@ def add_world(
     for loop in world.loops:
         _close(spec, loop, added)
     statics.finish()
+    meshes.finish()
     return tuple(grounds)
 
 
@@ -172,13 +175,13 @@ def _add_part(
     if not body.is_static and isinstance(part.shape, w.Plane | w.HeightField):
         why = "a plane or a height field cannot move: make its model static"
         message = f"'{body.name}': this collision shape is ignored: {why}"
-        findings.warning("W106", message, part.origin or body.origin)
+        findings.warning("W106", message, part.origin or body.origin, cause=why)
         return None
     try:
         geom = add_shape(meshes, added, part.shape, pose)
     except KbotError as error:
         message = f"'{body.name}': this collision shape is ignored: {error}"
-        findings.warning("W106", message, part.origin or body.origin)
+        findings.warning("W106", message, part.origin or body.origin, cause=str(error))
         return None
     touch.set_surface(geom, part.friction)
     if part.ground and body.is_static:

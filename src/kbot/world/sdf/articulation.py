@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.bodies import MassProperties
+from kbot.kinematics.inertia_repair import possible_tensor
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
+from kbot.text.progress import working_on
 from kbot.text.suggest import did_you_mean
 from kbot.world.body_joints import BodyJoint, Freedom, JointMotion, Loop
 from kbot.world.sdf.entries import ModelEntry, SdfContext
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
-from kbot.world.sdf.links import Links
+from kbot.world.sdf.links import Links, corners_of
 from kbot.world.sdf.resources import ResourceFinder
 from kbot.world.sdf.values import SdfValues
 from kbot.world.world import FURTHEST, Body, Part
@@ -53,7 +56,7 @@ class Joints:
         hint = did_you_mean(kind, FREEDOMS) or f"choose from {', '.join(FREEDOMS)}"
         what = f"the unknown type '{kind}'" if kind else "no type"
         name = joint.attributes.get("name", "")
-        self._values.findings.error("W205", f"joint '{name}' has {what}", joint.origin, hint)
+        self._values.fault("W205", f"joint '{name}' has {what}", joint.origin, "fixes the joint", hint)
         return "fixed"
 
     def freedoms(self, joint: Element, frames: Frames, context: SdfContext) -> tuple[Freedom, ...]:
@@ -123,7 +126,7 @@ class Joints:
         upper = self._limit(limit, "upper", inf)
         if limit is not None and lower > upper:
             message = f"the lower limit {lower:g} of a joint is above its upper limit {upper:g}"
-            self._values.findings.error("W204", message, limit.origin, "swap the limits")
+            self._values.fault("W204", message, limit.origin, "uses no limits", "swap the limits")
             return -inf, inf
         return (-inf if lower < -ENDLESS else lower), (inf if upper > ENDLESS else upper)
 
@@ -136,12 +139,13 @@ class Joints:
     def _direction(self, axis: Element | None, joint: Element, frames: Frames, context: SdfContext) -> Array:
         """The axis as a unit vector (3,) in the model's axes."""
         written = axis.find("xyz") if axis is not None else None
-        values = self._values.numbers(written, 3, FURTHEST) if written is not None else (0.0, 0.0, 1.0)
+        z_axis = "uses the z axis"
+        values = self._values.numbers(written, 3, FURTHEST, z_axis) if written is not None else None
         vector = np.array(values or (0.0, 0.0, 1.0))
         length = float(np.linalg.norm(vector))
         if not length > 0.0:
             place = written or joint
-            self._values.findings.error("W204", "the axis of a joint must not be 0 0 0", place.origin)
+            self._values.fault("W204", "the axis of a joint must not be 0 0 0", place.origin, z_axis)
             return np.array([0.0, 0.0, 1.0])
         frame = written.attributes.get("expressed_in", "") if written is not None else ""
         # before SDF 1.5 an axis was in the model's frame; 1.5 and 1.6 have a flag for that
@@ -216,7 +220,9 @@ class Articulation:
         """Collect the links and joints of a model and its nested models."""
         prefix, frames = entry.context.prefix, entry.frames
         for element, context in entry.elements("link"):
-            name = element.attributes.get("name", "")
+            name = frames.key(element)
+            if prefix + name in self._links:
+                continue  # of merged models: reported there
             pose = world_from_model @ frames.pose(name, element)
             self._links[prefix + name] = _Link(entry, element, context, pose, outermost)
             self._head[prefix + name] = WORLD if entry.context.static else prefix + name
@@ -236,7 +242,7 @@ class Articulation:
         if parent == child:
             message = f"joint '{joint.attributes.get('name', '')}' connects a link to itself"
             if len({_text(joint, tag) for tag in ("parent", "child")}) == 1:
-                self.values.findings.error("W205", message, joint.origin)
+                self.values.fault("W205", message, joint.origin, "leaves the joint out")
             else:  # by two of its frames, which Gazebo loads
                 self.values.findings.warning("W205", message, joint.origin, "KBot leaves the joint out")
             return
@@ -257,7 +263,7 @@ class Articulation:
         element, name = joint.find(tag), _text(joint, tag)
         if element is None or not name:
             message = f"joint '{joint.attributes.get('name', '')}' has no <{tag}>"
-            self.values.findings.error("W205", message, (element or joint).origin)
+            self.values.fault("W205", message, (element or joint).origin, "leaves the joint out")
             return None
         if name == "world" and tag == "parent":
             return WORLD
@@ -289,7 +295,8 @@ class Articulation:
             named[name] = group
             names |= dict.fromkeys(group, name)
         hung = self._hang(names)
-        for name, group in named.items():
+        for number, (name, group) in enumerate(named.items(), 1):
+            working_on(f"reading '{name}', body {number} of {len(named)}")
             yield self._body(name, group, hung.get(name))
 
     def _hang(self, names: dict[str, str]) -> dict[str, tuple[str, _Hinge]]:
@@ -345,9 +352,10 @@ class Articulation:
         for link in (self._links[full] for full in group):
             reader = self._reader(link)
             first_from_link = pose.inverse() @ link.world_from_link
-            parts += reader.parts(link.element, link.entry.frames, link.world_from_link, first_from_link)
+            own = reader.parts(link.element, link.entry.frames, link.world_from_link, first_from_link)
+            parts += own
             if not is_static:
-                mass = reader.mass(link.element).in_frame(first_from_link)
+                mass = reader.mass(link.element, own, first_from_link, moves_alone=len(group) == 1)
                 masses.append(mass)
                 falling += mass.mass * self.values.truth(link.element, "gravity", default=True)
         origin = first.entry.placed_by.origin
@@ -355,6 +363,10 @@ class Articulation:
             return Body(name, tuple(parts), pose, origin=origin, model=self._model(first))
         whole = MassProperties.combined(masses)
         t, centre = whole.tensor, _vector(whole.center)
+        if len(group) > 1:  # of links that are all point masses
+            at_centre = Transform.from_xyz_rpy(centre, (0.0, 0.0, 0.0)).inverse()
+            around = partial(corners_of, parts, at_centre)
+            t = possible_tensor(f"'{name}'", whole.mass, t, around, self.values.findings, origin)
         inertia = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
         return Body(
             name,

@@ -53,9 +53,7 @@ class Frames:
         """
         if name in self._frames and attached_to and self.renames:
             name = f"{name}_{element.tag}"
-        if name in self._frames:
-            self.values.findings.error("W208", f"duplicate name '{name}'", element.origin)
-            return
+        name = self.values.distinct(name, self._frames, element)
         self._keys[id(element)] = name
         written = pose if pose is not None else element.find("pose")
         relative = (written.attributes.get("relative_to", "") if written is not None else "") or default
@@ -75,7 +73,8 @@ class Frames:
         """
         for name, frame in inner._frames.items():
             if name in self._frames:
-                self.values.findings.error("W208", f"duplicate name '{name}'", frame.element.origin)
+                message = f"duplicate name '{name}' in models that are merged"
+                self.values.fault("W208", message, frame.element.origin, "leaves this element out")
                 continue
             is_direct = frame.relative_to in (inner.root, "")
             self._frames[name] = replace(frame, relative_to=proxy if is_direct else frame.relative_to)
@@ -84,22 +83,23 @@ class Frames:
         self.canonical = self.canonical or inner.canonical
         self.is_incomplete = self.is_incomplete or inner.is_incomplete
 
+    @property
+    def _origin(self) -> str:
+        return f"the origin of the {self.root.strip('_')}"
+
     def key(self, element: Element) -> str:
         """The name under which an element was added."""
         return self._keys.get(id(element), element.attributes.get("name", ""))
 
     def report_unknown(self, name: str, what: str, element: Element, otherwise: str) -> None:
-        """Report an unknown name. If it may be one of a model that is not found, this is a warning, and KBot
-        does `otherwise`."""
+        """Report an unknown name. KBot does `otherwise`. It may be one of a model that is not found."""
         frames, prefix = self, ""
         while (outer := name.removeprefix(prefix).partition("::")[0]) in frames.nested:
             frames, prefix = frames.nested[outer], f"{prefix}{outer}::"
-        if frames.is_incomplete:
-            hint = f"a model that is not found may define it. KBot {otherwise}"
-            self.values.findings.warning("W207", what, element.origin, hint)
-        else:
-            hint = did_you_mean(name, [prefix + known for known in frames._frames])
-            self.values.findings.error("W207", what, element.origin, hint)
+        names = [prefix + known for known in frames._frames]
+        defined = "a model that is not found may define it"
+        hint = defined if frames.is_incomplete else did_you_mean(name, names)
+        self.values.fault("W207", what, element.origin, otherwise, hint)
 
     def link(self, name: str) -> str | None:
         """The link that a frame moves with (`model::link` for a nested model). None for an unknown name."""
@@ -128,7 +128,7 @@ class Frames:
             if name in way:
                 ring = " -> ".join((*way, name))
                 message = f"frames are relative to each other in a cycle: {ring}"
-                self.values.findings.error("W207", message, element.origin)
+                self.values.fault("W207", message, element.origin, f"puts them at {self._origin}")
                 self._found |= dict.fromkeys(way, Transform.identity())
                 return Transform.identity()
             outer, _, inner = name.partition("::")
@@ -141,7 +141,7 @@ class Frames:
                 name, element = frame.relative_to, frame.element
             else:
                 what = f"unknown frame '{name}'"
-                self.report_unknown(name, what, element, f"uses the origin of the {self.root.strip('_')}")
+                self.report_unknown(name, what, element, f"uses {self._origin}")
                 break
         root_from_frame = self._found.get(name, Transform.identity())
         for step, next_from_step in reversed(way.items()):

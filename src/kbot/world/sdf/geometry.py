@@ -61,10 +61,7 @@ class Shapes:
         try:
             placed: list[Placed] = make(shape)
         except KbotError as error:
-            if shape.tag == "mesh":
-                self._values.findings.warning("W206", str(error), shape.origin, "KBot ignores the mesh")
-            else:
-                self._values.findings.error("W206", str(error), shape.origin)
+            self._values.fault("W206", str(error), shape.origin, "leaves the shape out")
             return []
         return placed
 
@@ -80,7 +77,8 @@ class Shapes:
     def _file(self, shape: Element) -> str | None:
         uri = shape.find("uri") or shape.find("filename")
         if uri is None:
-            self._values.findings.error("W205", f"<{shape.tag}> has no <uri>", shape.origin)
+            message = f"<{shape.tag}> has no <uri>"
+            self._values.fault("W205", message, shape.origin, "leaves the shape out")
             return None
         return self._find_file(uri)
 
@@ -121,10 +119,11 @@ class Shapes:
 
     def _plane(self, shape: Element) -> list[Placed]:
         written = shape.find("size")
-        size = self._values.sizes(written, shape, "size", 2, inf) if written is not None else None
+        uses = f"draws {Plane().size[0]:g} m of the plane"
+        size = self._values.sizes(written, shape, "size", 2, inf, uses) if written is not None else None
         plane = Plane((size[0], size[1])) if size else Plane()
         normal = shape.find("normal")
-        values = self._values.numbers(normal, 3, FURTHEST) if normal is not None else None
+        values = self._values.numbers(normal, 3, FURTHEST, "uses 0 0 1") if normal is not None else None
         return [(plane, _turned_to(np.array(values)) if values and any(values) else Transform.identity())]
 
     def _mesh(self, shape: Element) -> list[Placed]:
@@ -132,7 +131,9 @@ class Shapes:
         if path is None:
             return []
         written = shape.find("scale")
-        scale = (self._values.numbers(written, 3) if written is not None else None) or (1.0, 1.0, 1.0)
+        uses = "uses 1 1 1"
+        found = self._values.numbers(written, 3, FURTHEST, uses) if written is not None else None
+        scale = found or (1.0, 1.0, 1.0)
         if shape.find("submesh") is not None:
             self._values.unsupported(shape, "<submesh> is not supported: KBot uses the whole mesh")
         return [(_scaled(load_mesh(path), scale), Transform.identity())]
@@ -143,7 +144,9 @@ class Shapes:
             return []
         grey, _ = read_picture(path, MOST_HEIGHTS)
         where = shape.find("pos")
-        place = (self._values.numbers(where, 3) if where is not None else None) or (0.0, 0.0, 0.0)
+        uses = "uses 0 0 0"
+        found = self._values.numbers(where, 3, FURTHEST, uses) if where is not None else None
+        place = found or (0.0, 0.0, 0.0)
         # the image's first row is the far side, +y
         field = HeightField(np.flipud(grey).astype(np.float64) * size[2], (size[0], size[1]))
         return [(field, Transform.from_xyz_rpy(place, (0.0, 0.0, 0.0)))]

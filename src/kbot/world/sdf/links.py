@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.bodies import MassProperties
+from kbot.kinematics.inertia_repair import SMALLEST, possible_tensor
 from kbot.kinematics.transform import Transform
 from kbot.text import Element
 from kbot.world.convex_decomposition import convex_pieces
+from kbot.world.footprints import corners
 from kbot.world.sdf.frames import Frames
 from kbot.world.sdf.geometry import Shapes
 from kbot.world.sdf.materials import colour
@@ -52,27 +56,38 @@ class Links:
             parts.append(part)
         return parts + [part for rest in at.values() for part in rest]
 
-    def mass(self, link: Element) -> MassProperties:
-        """Mass properties in the link's frame. Without `<inertial>`, SDF's defaults: 1 kg and 1 kg m^2."""
+    def mass(
+        self, link: Element, parts: Sequence[Part], body_from_link: Transform, moves_alone: bool
+    ) -> MassProperties:
+        """Mass properties in the body's frame. Without `<inertial>`, SDF's defaults: 1 kg and 1 kg m^2.
+
+        `parts` are those of the link, in the body's frame. A link `moves_alone` if no other one is fixed to
+        it.
+        """
         inertial = link.find("inertial")
         if inertial is None:
-            return MassProperties(1.0, np.zeros(3), np.eye(3))
-        pose = self._values.pose(inertial.find("pose"))
+            return MassProperties(1.0, np.zeros(3), np.eye(3)).in_frame(body_from_link)
+        body_from_inertial = body_from_link @ self._values.pose(inertial.find("pose"))
         mass = self._values.number(inertial, "mass", 1.0, HEAVIEST)
-        if mass <= 0.0:
-            self._values.findings.error("W204", f"<mass> must be above 0, not {mass:g} kg", inertial.origin)
+        if mass <= SMALLEST:
+            message = f"<mass> must be above 0, not {mass:g} kg"
+            self._values.fault("W204", message, inertial.origin, "uses 1 kg")
             mass = 1.0
         inertia = inertial.find("inertia")
         xx, yy, zz = (self._values.number(inertia, f"i{a}{a}", 1.0, HEAVIEST) for a in "xyz")
         xy, xz, yz = (self._values.number(inertia, tag, 0.0, HEAVIEST) for tag in ("ixy", "ixz", "iyz"))
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        if inertia is not None and not _is_physical(tensor):
-            self._values.findings.error(
-                "W204", "this <inertia> is impossible: each principal moment must be above 0 and at most the"
-                " sum of the other two", inertia.origin,
-            )  # fmt: skip
-            tensor = np.eye(3)
-        return MassProperties(mass, np.zeros(3), tensor).in_frame(pose)
+        if inertia is not None:
+            tensor = possible_tensor(
+                f"link '{link.attributes.get('name', '')}'",
+                mass,
+                tensor,
+                lambda: corners_of(parts, body_from_inertial.inverse()),
+                self._values.findings,
+                inertia.origin,
+                moves_alone=moves_alone,
+            )
+        return MassProperties(mass, np.zeros(3), tensor).in_frame(body_from_inertial)
 
     def _visual(self, visual: Element, frames: Frames, link: str, body_from_link: Transform) -> list[Part]:
         rgba = colour(visual, self._values)
@@ -144,10 +159,15 @@ class Links:
         return min(max(friction, 0.0), MOST_FRICTION)
 
 
-def _is_physical(tensor: Array) -> bool:
-    """Whether principal moments are positive and satisfy the triangle inequality, as libsdformat requires."""
-    a, b, c = np.linalg.eigvalsh(tensor)
-    return bool(a > 0.0 and c <= (a + b) * (1.0 + 1e-6))
+def corners_of(parts: Sequence[Part], frame_from_body: Transform) -> Array:
+    """Points (n, 3) in m around the solid parts of a body, or around its other ones if none is solid."""
+    around = [part for part in parts if part.solid] or parts
+    points = [
+        (frame_from_body @ part.pose).apply(found)
+        for part in around
+        if (found := corners(part.shape)) is not None
+    ]
+    return np.concatenate(points) if points else np.zeros((0, 3))
 
 
 def is_ground(shape: Shape, world_from_shape: Transform) -> bool:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
-from kbot.text import DescriptionError, Diagnostic, DiagnosticCollector, Element, KbotError
+from kbot.text import DescriptionError, Diagnostic, DiagnosticCollector, Element, KbotError, Severity
+from kbot.text.diagnostic import one_per_cause
 from kbot.world.builders import floor
 from kbot.world.georeference import Georeference
 from kbot.world.sdf.articulation import Articulation
@@ -33,11 +34,12 @@ def georeference(world: Element, values: SdfValues) -> Georeference | None:
     latitude = values.number(element, "latitude_deg", 0.0)
     longitude = values.number(element, "longitude_deg", 0.0)
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
-        values.findings.error(
+        values.fault(
             "W204",
             "the latitude must be from -90 to 90 and the longitude from -180 to 180 degrees,"
             f" not {latitude:g} and {longitude:g}",
             element.origin,
+            f"ignores <{element.tag}>",
         )
         return None
     heading = math.radians(values.number(element, "heading_deg", 0.0))
@@ -65,7 +67,8 @@ NOT_SIMULATED = ("actor", "road", "population", "plugin", "light", "gripper", "w
 def read_sdf(path: str, with_floor: bool = True, reach: Reach | None = None) -> World:
     """Read the world of an SDF file. A file of one model becomes a world with a floor and that model.
 
-    With a `reach`, the file may name only files within it.
+    What is wrong in a model is repaired or left out, with a warning. With a `reach`, the file may name only
+    files within it, and every such fault is an error.
 
     Raises:
         DescriptionError: the file cannot be used. It carries every finding.
@@ -73,16 +76,20 @@ def read_sdf(path: str, with_floor: bool = True, reach: Reach | None = None) -> 
     """
     findings = DiagnosticCollector()
     world = _Reader(findings, reach).world(path, with_floor)
+    findings.diagnostics = list(one_per_cause(findings.diagnostics))
     findings.require()
     return replace(world, diagnostics=tuple(findings.diagnostics))
+
+
+class _Unusable(Exception):
+    """An included model cannot be used."""
 
 
 class _Reader:
     def __init__(self, findings: DiagnosticCollector, reach: Reach | None) -> None:
         self.findings = findings
-        self.values = SdfValues(findings)
+        self.values = SdfValues(findings, is_strict=reach is not None)
         self.files = ResourceFinder(self.values, reach)
-        self.unnamed = 0
         self._links = self._collisions = 0
 
     def world(self, path: str, with_floor: bool) -> World:
@@ -102,7 +109,8 @@ class _Reader:
         for other in list(root.elements("world"))[1:]:
             self.values.unsupported(other, "only the first world of a file is used")
         gravity = element.find("gravity")
-        pull = self.values.numbers(gravity, 3, STRONGEST_PULL) if gravity is not None else None
+        otherwise = f"uses 0 0 {-GRAVITY:g}"
+        pull = self.values.numbers(gravity, 3, STRONGEST_PULL, otherwise) if gravity is not None else None
         for physics in element.elements("physics"):
             self.values.require_positive(physics.find("max_step_size"))
         built = self._models(element, context)
@@ -142,60 +150,79 @@ class _Reader:
 
     def _entries(self, parent: Element, context: SdfContext, frames: Frames) -> Iterator[ModelEntry]:
         """The models and includes of a world or model with these frames."""
+        taken = {link.attributes.get("name", "") for link in parent.elements("link")}
         for element in parent.elements():
             if element.tag == "model":
-                yield self._entry(element, element, None, context)
+                yield self._entry(element, element, None, context, taken)
             elif element.tag == "include":
-                entry = self._include(element, context, frames)
+                try:
+                    entry = self._include(element, context, taken)
+                except _Unusable:
+                    self._leave_out(element, frames, taken)
+                    continue
                 if entry is not None:
                     yield entry
 
-    def _include(self, include: Element, context: SdfContext, frames: Frames) -> ModelEntry | None:
+    def _include(self, include: Element, context: SdfContext, taken: set[str]) -> ModelEntry | None:
+        """The included model. None for what is not a model.
+
+        Raises:
+            _Unusable: the model is left out. The reason is reported.
+        """
         uri = include.find("uri")
         if uri is None:
-            self.findings.error("W205", "<include> has no <uri>", include.origin)
-            return None
+            raise self._unusable("W205", "<include> has no <uri>", include)
         if _is_light(uri.text.strip()):
             return None
         found = self.files.find(uri, context.file)
         if found is None:
-            self._leave_out(include, frames)
-            return None
+            raise _Unusable
         try:
             file, root = self.files.model(found)
         except DescriptionError as error:
-            self.findings.diagnostics.extend(error.diagnostics)
-            return None
+            found_in_it = error.diagnostics
+            if not self.values.is_strict:
+                found_in_it = tuple(replace(d, severity=Severity.WARNING) for d in found_in_it)
+            self.findings.diagnostics += found_in_it
+            raise _Unusable from None
         except KbotError as error:
-            self.findings.warning("W202", str(error), uri.origin)
-            self._leave_out(include, frames)
-            return None
+            raise self._unusable("W202", str(error), uri) from None
         absolute = str(Path(file).absolute())
         if absolute in context.files or len(context.files) > DEEPEST:
             ring = " -> ".join(Path(f).parent.name + "/" + Path(f).name for f in (*context.files, absolute))
-            self.findings.error("W203", f"files include each other in a cycle: {ring}", include.origin)
-            return None
+            raise self._unusable("W203", f"files include each other in a cycle: {ring}", include)
         model = root.find("model")
         if model is None:
             if root.find("actor") is not None:
                 self.values.unsupported(include, "<actor> is not simulated")
             elif root.find("light") is None:
-                self.findings.error("W201", f"{file} has no <model>", include.origin)
+                raise self._unusable("W201", f"{file} has no <model>", include)
             return None
         inner = replace(context, file=file, files=(*context.files, absolute), version=_version(root))
-        return self._entry(model, include, include, inner)
+        return self._entry(model, include, include, inner, taken)
 
-    @staticmethod
-    def _leave_out(include: Element, frames: Frames) -> None:
-        """Leave out a model that is not found. Poses can be relative to it if the include has its name."""
+    def _unusable(self, code: str, message: str, element: Element) -> _Unusable:
+        self.values.fault(code, message, element.origin, "leaves the model out")
+        return _Unusable()
+
+    def _leave_out(self, include: Element, frames: Frames, taken: set[str]) -> None:
+        """Leave out a model that cannot be used. Poses can be relative to it if the include has its name."""
         frames.is_incomplete = True
         name = include.find("name")
         if name is not None and name.text.strip():
-            frames.add(name.text.strip(), include, frames.root)
+            known = self.values.distinct(name.text.strip(), taken, include)
+            taken.add(known)
+            frames.add(known, include, frames.root)
 
     def _entry(
-        self, model: Element, placed_by: Element, include: Element | None, context: SdfContext
+        self,
+        model: Element,
+        placed_by: Element,
+        include: Element | None,
+        context: SdfContext,
+        taken: set[str],
     ) -> ModelEntry:
+        """A model with everything in it. `taken` are the names of what is beside it."""
         self._links += sum(1 for _ in model.elements("link"))
         if self._links > MOST_LINKS:
             raise KbotError(f"{placed_by.origin}: the world has more than {MOST_LINKS} links")
@@ -213,10 +240,8 @@ class _Reader:
             pose = include.find("pose") or pose
             frame = include.find("placement_frame")
             placement = frame.text.strip() if frame is not None else placement
-        if not name:
-            self.findings.error("W205", f"<{model.tag}> has no name", placed_by.origin)
-            self.unnamed += 1
-            name = f"unnamed_{self.unnamed}"
+        name = self.values.distinct(name, taken, placed_by)
+        taken.add(name)
         merges = include is not None and include.attributes.get("merge") in ("1", "true")
         prefix = context.prefix if merges and context.prefix else f"{context.prefix}{name}::"
         inner = replace(context, static=static, prefix=prefix)
@@ -245,7 +270,7 @@ class _Reader:
     def _add_frames(self, model: Element, frames: Frames, nested: list[ModelEntry]) -> None:
         for link in model.elements("link"):
             frames.add(link.attributes.get("name", ""), link, "__model__")
-            frames.canonical = frames.canonical or link.attributes.get("name", "")
+            frames.canonical = frames.canonical or frames.key(link)
         frames.canonical = model.attributes.get("canonical_link", frames.canonical)
         for entry in nested:
             frames.add(entry.name, entry.placed_by, "__model__", entry.pose, entry.offset)

@@ -75,7 +75,7 @@ class ResourceFinder:
             if key not in self._reasons:
                 self._reasons[key] = self._reason(text, beside)
             message, hint = self._reasons[key]
-            self._values.findings.warning("W202", message, uri.origin, hint)
+            self._values.fault("W202", message, uri.origin, "leaves it out", hint)
         return path
 
     def _reason(self, text: str, beside: str) -> tuple[str, str]:

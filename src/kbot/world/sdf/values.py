@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from math import inf, isfinite, radians
 
 from kbot.kinematics.transform import Transform
-from kbot.text import DiagnosticCollector, Element
+from kbot.text import DiagnosticCollector, Element, Origin
 from kbot.text.numbers import to_float
 from kbot.world.world import FURTHEST
 
 STRONGEST_PULL = 1e4
 """Strongest gravity in m/s^2: about 1000 times the earth's."""
+_NO_OFFSET = "uses 0 0 0 0 0 0"
 
 
 class SdfValues:
-    """Reads values and collects findings about them."""
+    """Reads values and collects findings about them.
 
-    def __init__(self, findings: DiagnosticCollector) -> None:
+    One fault must not cost the rest of a world, so KBot repairs it or leaves the part out, with a warning.
+    With `is_strict`, such a fault is an error: who spawns a single model needs to know that it is not usable
+    as it is.
+    """
+
+    def __init__(self, findings: DiagnosticCollector, is_strict: bool = False) -> None:
         self.findings = findings
+        self.is_strict = is_strict
         self._reported: set[str] = set()
+        self._next: dict[tuple[int, str], int] = {}
 
-    def numbers(self, element: Element, count: int, most: float = inf) -> tuple[float, ...] | None:
+    def fault(self, code: str, message: str, origin: Origin, otherwise: str, hint: str = "") -> None:
+        """Report a fault. `otherwise` says what KBot does instead: "uses 1 kg", "leaves the joint out"."""
+        if self.is_strict:
+            self.findings.error(code, message, origin, hint, message)
+        else:
+            stop = "" if not hint else " " if hint.endswith("?") else ". "
+            self.findings.warning(code, message, origin, f"{hint}{stop}KBot {otherwise}", message)
+
+    def numbers(
+        self, element: Element, count: int, most: float = inf, otherwise: str = "ignores the value"
+    ) -> tuple[float, ...] | None:
         """`count` finite numbers from `-most` to `most`. Other values are reported and give None."""
         words = element.text.split()
         try:
@@ -34,14 +53,14 @@ class SdfValues:
         if finite:
             what += f" up to {most:g}"
         text = element.text.strip()
-        self.findings.error("W204", f"<{element.tag}> must be {what}, not '{text}'", element.origin)
+        self.fault("W204", f"<{element.tag}> must be {what}, not '{text}'", element.origin, otherwise)
         return None
 
     def number(self, parent: Element | None, tag: str, default: float, most: float = inf) -> float:
         element = parent.find(tag) if parent is not None else None
         if element is None:
             return default
-        values = self.numbers(element, 1, most)
+        values = self.numbers(element, 1, most, f"uses {default:g}")
         return values[0] if values else default
 
     def require_positive(self, element: Element | None) -> None:
@@ -58,19 +77,24 @@ class SdfValues:
         word = element.text.strip().lower()
         if word in ("1", "true", "0", "false"):
             return word in ("1", "true")
-        self.findings.error("W204", f"<{tag}> must be true or false, not '{word}'", element.origin)
+        message = f"<{tag}> must be true or false, not '{word}'"
+        self.fault("W204", message, element.origin, f"uses {str(default).lower()}")
         return default
 
     def sizes(
-        self, element: Element, shape: Element, tag: str, count: int, most: float = FURTHEST
+        self,
+        element: Element,
+        shape: Element,
+        tag: str,
+        count: int,
+        most: float = FURTHEST,
+        otherwise: str = "leaves the shape out",
     ) -> tuple[float, ...] | None:
         """`count` numbers above 0, in m, of a shape's child. Other values are reported and give None."""
-        values = self.numbers(element, count, most)
+        values = self.numbers(element, count, most, otherwise)
         if values is not None and any(value <= 0.0 for value in values):
-            text = element.text.strip()
-            self.findings.error(
-                "W204", f"<{tag}> of a <{shape.tag}> must be above 0, not '{text}'", element.origin
-            )
+            message = f"<{tag}> of a <{shape.tag}> must be above 0, not '{element.text.strip()}'"
+            self.fault("W204", message, element.origin, otherwise)
             return None
         return values
 
@@ -83,12 +107,12 @@ class SdfValues:
         if element is None or not element.text.strip():
             return Transform.identity()
         if element.attributes.get("rotation_format") == "quat_xyzw":
-            values = self.numbers(element, 7, FURTHEST)
+            values = self.numbers(element, 7, FURTHEST, _NO_OFFSET)
             if values is None or not any(values[3:]):
                 return Transform.identity()
             return Transform.from_quaternion_xyzw(values[3:], values[:3])
         count = len(element.text.split())
-        values = self.numbers(element, count if 3 <= count < 6 else 6, FURTHEST)
+        values = self.numbers(element, count if 3 <= count < 6 else 6, FURTHEST, _NO_OFFSET)
         if values is None:
             return Transform.identity()
         if count < 6:
@@ -99,6 +123,20 @@ class SdfValues:
         if element.attributes.get("degrees") in ("1", "true"):
             turn = tuple(radians(angle) for angle in turn)
         return Transform.from_xyz_rpy(values[:3], turn)
+
+    def distinct(self, name: str, taken: Container[str], element: Element) -> str:
+        """The name of an element. If it is taken or empty, the first free name with a number, and a
+        finding."""
+        if name and name not in taken:
+            return name
+        key, stem = (id(taken), name), name or "unnamed"
+        number = self._next.get(key, 2 if name else 1)  # of thousands, not each must try all numbers
+        while (free := f"{stem}_{number}") in taken:
+            number += 1
+        self._next[key] = number + 1
+        message = f"duplicate name '{name}'" if name else f"<{element.tag}> has no name"
+        self.fault("W208" if name else "W205", message, element.origin, f"calls it '{free}'")
+        return free
 
     def unsupported(self, element: Element, what: str, once: bool = True) -> None:
         """Report that something is not simulated. With `once`, equal messages are reported once."""
