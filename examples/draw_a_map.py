@@ -11,8 +11,7 @@ from obstacle_avoidance import Avoider  # the example beside this one
 
 from kbot import PlanarPose, Simulation
 from kbot.sensors import Lidar, scan_points
-from kbot.world.occupancy import OccupancyGrid
-from kbot.world.occupancy_files import write_map
+from kbot.world import OccupancyGrid, write_map
 
 CELL = 0.05  # m
 SIZE = 160  # cells along x and along y: 8 m

@@ -9,7 +9,7 @@ and keeps turning to that side until the way is free.
 import numpy as np
 
 from kbot import Simulation
-from kbot.messages.sensing import LaserScan
+from kbot.messages import LaserScan
 from kbot.sensors import Lidar
 
 SPEED = 0.3  # m/s

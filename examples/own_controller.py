@@ -11,7 +11,7 @@ import sys
 
 import kbot
 from kbot.navigation import LidarPoints, Observation, Pilot, twist
-from kbot.ros.client.pilot import NodePilot
+from kbot.ros import NodePilot
 from kbot.sensors import Lidar
 
 DISTANCE = 0.3  # from the robot's middle to the wall, in m

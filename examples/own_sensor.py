@@ -11,7 +11,7 @@ from math import hypot
 from typing import ClassVar
 
 from kbot import Simulation, Transform
-from kbot.messages.control import Float64
+from kbot.messages import Float64
 from kbot.sensors import Sensor, Spec
 
 LAMP = (1.5, 1.0)  # m

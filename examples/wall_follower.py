@@ -11,7 +11,7 @@ from math import radians
 import numpy as np
 
 from kbot import Simulation
-from kbot.messages.sensing import LaserScan
+from kbot.messages import LaserScan
 from kbot.sensors import Lidar
 
 DISTANCE = 0.4  # from the lidar to the wall, in m

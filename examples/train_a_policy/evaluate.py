@@ -30,6 +30,7 @@ class StraightLine:
     def __init__(self, interface: PolicyInterface) -> None:
         self._turn_bound = interface.angular[1]
         sectors = interface.lidar
+        assert sectors is not None, "the robot has a lidar"
         edges = np.linspace(sectors.start, sectors.end, sectors.count + 1)
         self._angles = (edges[:-1] + edges[1:]) / 2
 
@@ -58,7 +59,8 @@ def main() -> None:
     given = words.parse_args()
     policy = Policy.read(given.policy)
     environment = task.environment(task.TEST_ROOMS, time_limit=30.0, pose="odometry")
-    drivers = {"straight line": StraightLine(environment.unwrapped.interface), "policy": policy.act}
+    straight = StraightLine(environment.get_wrapper_attr("interface"))
+    drivers: dict[str, Drive] = {"straight line": straight, "policy": policy.act}
     print("| driver | arrived | collided | out of time | mean speed along the way |")
     print("| --- | --- | --- | --- | --- |")
     for name, drive in drivers.items():

@@ -1,5 +1,7 @@
 """The task of this example: drive to a goal in rooms, with a lidar and without a map."""
 
+from typing import Any
+
 import gymnasium
 
 import kbot  # noqa: F401 - registers the environments
@@ -8,7 +10,7 @@ TRAINING_ROOMS = ((1, 16), (17, 32))
 """First and last seed of the rooms in which the policy is trained, for each environment."""
 TEST_ROOMS = (1001, 1100)
 """First and last seed of the rooms in which it is tested, whose doors and tables are elsewhere."""
-OPTIONS = {
+OPTIONS: dict[str, Any] = {
     "robot": "kbot",
     "properties": {"lidar": True},
     "world": "rooms:columns=2,rows=2,seed={seed}",
@@ -18,6 +20,6 @@ OPTIONS = {
 }
 
 
-def environment(rooms: tuple[int, int], time_limit: float, **others: object) -> gymnasium.Env:
+def environment(rooms: tuple[int, int], time_limit: float, pose: str = "ground_truth") -> gymnasium.Env:
     """Episodes in random ones of these rooms, from a random place to a random goal."""
-    return gymnasium.make("kbot/Goal-v0", world_seeds=rooms, time_limit=time_limit, **OPTIONS, **others)
+    return gymnasium.make("kbot/Goal-v0", world_seeds=rooms, time_limit=time_limit, pose=pose, **OPTIONS)

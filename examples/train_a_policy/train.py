@@ -87,7 +87,7 @@ def main() -> None:
     words.add_argument("--log", default="episodes", help="NAME of the table NAME.monitor.csv")
     given = words.parse_args()
     torch.set_num_threads(1)
-    interface = task.environment(task.TRAINING_ROOMS[0], TIME_LIMIT).unwrapped.interface
+    interface = task.environment(task.TRAINING_ROOMS[0], TIME_LIMIT).get_wrapper_attr("interface")
     makers = [partial(task.environment, rooms, TIME_LIMIT) for rooms in task.TRAINING_ROOMS]
     environments = VecMonitor(SubprocVecEnv(makers), given.log, info_keywords=("is_success", "outcome"))
     model = untrained(interface, environments)

@@ -16,7 +16,24 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # as in typing, which is slow to import
 if TYPE_CHECKING:
-    from kbot import checks, kinematics, messages, model, navigation, sensors, sim, text, world, xacro
+    from kbot import (
+        checks,
+        kinematics,
+        learn,
+        messages,
+        model,
+        navigation,
+        record,
+        ros,
+        sensors,
+        sim,
+        sweep,
+        templates,
+        text,
+        trials,
+        world,
+        xacro,
+    )
     from kbot.kinematics import PlanarPose, Transform
     from kbot.robot import DescriptionWarning, Robot, load
     from kbot.ros.client import Node
@@ -40,9 +57,6 @@ _HOMES = {
     "load": "kbot.robot",
     "load_world": "kbot.world",
 }
-_PACKAGES = frozenset(
-    {"checks", "kinematics", "messages", "model", "navigation", "sensors", "sim", "text", "world", "xacro"}
-)
 
 __all__ = [
     "DescriptionError",
@@ -58,14 +72,20 @@ __all__ = [
     "__version__",
     "checks",
     "kinematics",
+    "learn",
     "load",
     "load_world",
     "messages",
     "model",
     "navigation",
+    "record",
+    "ros",
     "sensors",
     "sim",
+    "sweep",
+    "templates",
     "text",
+    "trials",
     "world",
     "xacro",
 ]
@@ -77,12 +97,12 @@ def __getattr__(name: str) -> object:
     value: object
     if name in _HOMES:
         value = getattr(import_module(_HOMES[name]), name)
-    elif name in _PACKAGES:
-        value = import_module(f"kbot.{name}")
     elif name == "__version__":
         from importlib.metadata import version
 
         value = version("kbot")
+    elif name in __all__:
+        value = import_module(f"kbot.{name}")
     else:
         raise AttributeError(f"module 'kbot' has no attribute '{name}'")
     globals()[name] = value
@@ -90,7 +110,7 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted(set(globals()) | set(__all__))
+    return sorted(__all__)
 
 
 def _register_environments() -> None:

@@ -1,4 +1,4 @@
-"""Imports names of a package at their first use, for start-up time."""
+"""The names of packages: imported at their first use, for start-up time, and listed by `dir`."""
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,3 +22,11 @@ def lazy_names(package: str, homes: "Mapping[str, str]") -> "Callable[[str], obj
         return value
 
     return get
+
+
+def public_names(names: "list[str]") -> "Callable[[], list[str]]":
+    """Create the `__dir__` of a package from its `__all__`: what a user may use, also before the first use.
+
+    The modules inside the package and what it imports are left out.
+    """
+    return lambda: sorted(names)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from kbot import model
 from kbot.extensions import NotebookView, notebook
 from kbot.kinematics import DifferentialDrive, FrameTree, NoDrive, Transform, find_drive
-from kbot.kinematics.drive.drive import HolonomicDrive, SteeredDrive
 from kbot.model.load import Loaded, load_robot, resolve_robot_path
 from kbot.model.writer import to_urdf
 from kbot.text import Diagnostic, KbotError
@@ -31,22 +30,27 @@ class DescriptionWarning(UserWarning):
     """A part of a description that may not do what its author means."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Robot(model.RobotModel):
-    """A robot description with its frames and its drive."""
+    """A robot description with its frames and its drive: the result of `kbot.load`, and `robot` of a
+    simulation."""
 
-    loaded: Loaded = field(compare=False, repr=False)
+    loaded: Loaded | None = field(default=None, compare=False, repr=False)
+    """The expanded description, with its source map. None for a model that was not read from a file."""
 
     @classmethod
-    def of(cls, loaded: Loaded) -> Robot:
-        """The robot of a loaded description. Raises DescriptionError if it has errors."""
-        robot = loaded.require()
+    def of(cls, description: Loaded | model.RobotModel) -> Robot:
+        """The robot of a loaded description or of a model. Raises DescriptionError if it has errors."""
+        if isinstance(description, Robot):
+            return description
+        loaded = description if isinstance(description, Loaded) else None
+        robot = description.require() if isinstance(description, Loaded) else description
         return cls(**{f.name: getattr(robot, f.name) for f in fields(robot)}, loaded=loaded)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Warnings and notes about the description. It has no errors."""
-        return self.loaded.diagnostics
+        return self.loaded.diagnostics if self.loaded is not None else ()
 
     @cached_property
     def frames(self) -> FrameTree:
@@ -55,9 +59,11 @@ class Robot(model.RobotModel):
 
     @cached_property
     def drive(self) -> DifferentialDrive | NoDrive:
-        """The differential drive that was found in the model, or the reason why there is none."""
-        drive = find_drive(self, self.frames)
-        return NoDrive(drive.reason) if isinstance(drive, SteeredDrive | HolonomicDrive) else drive
+        """The drive that was found in the model, or the reason why there is none.
+
+        A `SteeredDrive` or a `HolonomicDrive` of `kbot.kinematics` is also a `DifferentialDrive`.
+        """
+        return find_drive(self, self.frames)
 
     def pose(
         self, link: str, in_frame: str | None = None, joints: Mapping[str, float] | None = None

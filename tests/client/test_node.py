@@ -265,6 +265,14 @@ def test_parameters_must_have_the_type_of_the_default(node: kbot.Node) -> None:
         node.param("missing")
 
 
+def test_the_repr_of_a_node_names_its_topics(node: kbot.Node) -> None:
+    node.publish("go", Twist())
+    assert repr(node) == f"Node({node.name!r}, publishes ['/go'])"
+    assert not [name for name in dir(node) if name.startswith("_")]
+    node.close()
+    assert repr(node) == f"Node({node.name!r}, publishes ['/go'], closed)"
+
+
 def test_node_cannot_publish_and_subscribe_to_one_topic(node: kbot.Node) -> None:
     node.subscribe("odom", Odometry, lambda message: None)
     with pytest.raises(KbotError, match="this node subscribes to /odom"):

@@ -48,3 +48,9 @@ def matches(expected: tuple[str, ...], printed: str) -> bool:
         for line in expected
     )
     return re.fullmatch(pattern, printed) is not None
+
+
+def programs(text: str) -> list[str]:
+    """The blocks in Python, without the indentation of the list that they are in."""
+    found = re.findall(r"^( *)```python\n(.*?)^ *```$", text, re.DOTALL | re.MULTILINE)
+    return [re.sub(f"^{indent}", "", block, flags=re.MULTILINE) for indent, block in found]

@@ -12,7 +12,7 @@ import pytest
 
 from kbot.cli.main import group, run
 
-from .pages import DOCS, ROOT, blocks, sections
+from .pages import DOCS, ROOT, blocks, programs, sections
 
 PAGES = sorted(
     [*DOCS.rglob("*.md"), *(ROOT / "examples").rglob("*.md"), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
@@ -84,11 +84,9 @@ def test_the_examples_in_python_run(page: str, tmp_path: Path, monkeypatch: pyte
     """The examples of a page run one after the other, as in one program. A node needs a running KBot."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    for indent, block in re.findall(
-        r"^( *)```python\n(.*?)^ *```$", TEXTS[DOCS / page], re.DOTALL | re.MULTILINE
-    ):
+    for block in programs(TEXTS[DOCS / page]):
         if "kbot.Node(" not in block:
-            exec(re.sub(f"^{indent}", "", block, flags=re.MULTILINE), names)
+            exec(block, names)
 
 
 def test_the_page_of_topics_lists_those_of_a_running_kbot(

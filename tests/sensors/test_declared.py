@@ -11,7 +11,7 @@ from kbot.sensors import Contact, ForceTorque, Gps, GroundTruth, Imu, Lidar, Ran
 from kbot.sensors.declared import declared_sensors, mount_declared, mount_on_others
 from kbot.sim import Simulation
 from kbot.sim.naming import Naming
-from kbot.text import DescriptionError
+from kbot.text import DescriptionError, KbotError
 
 CLASSIC = """
 <gazebo reference="{link}">
@@ -394,7 +394,8 @@ def test_declared_camera_renders_only_for_subscribers():
     if reported:
         pytest.skip(reported[0].message)
     simulation.run(0.2)
-    assert sensors["eye"].latest is None
+    with pytest.raises(KbotError, match="eye has no reading: it measures only while its topic has a sub"):
+        _ = sensors["eye"].latest
     received = []
     simulation.bus.subscribe("eye/image_raw", Image, received.append)
     simulation.run(0.2)

@@ -162,8 +162,10 @@ def test_latency_delays_readings(robot):
     simulation.bus.subscribe(
         "scan", LaserScan, lambda m: received.append((m.header.stamp.seconds, simulation.clock.seconds))
     )
+    with pytest.raises(KbotError, match=r"^scan has no reading yet: .* sim\.run\(0\.352\), or call"):
+        _ = lidar.latest
     simulation.run(0.34)
-    assert lidar.latest is None
+    assert not lidar.has_reading
     simulation.run(0.36)
     assert received == [pytest.approx((k / 10, k / 10 + 0.25), abs=0.0021) for k in (1, 2, 3, 4)]
 
@@ -179,7 +181,7 @@ def test_noise_is_the_same_after_a_reset_and_differs_by_seed(robot):
     lidar = simulation.add_sensor(spec)
     first = scans(simulation, lidar)
     simulation.reset()
-    assert lidar.latest is None
+    assert not lidar.has_reading
     assert np.array_equal(scans(simulation, lidar), first)
     other = Simulation(robot, ROOM, seed=4)
     assert not np.array_equal(scans(other, other.add_sensor(spec)), first)

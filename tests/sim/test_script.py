@@ -157,7 +157,8 @@ def test_two_threads_cannot_step_at_once() -> None:
         ("sim.run(1,2,3)", "4 were given"),
         (
             "sim.add_sensor(Imu(link='base_link')).latest.orientation",
-            "'orientation' (a sensor's latest is None until its first measurement: call sim.run first)",
+            "imu has no reading yet: advance the simulation first, for example with sim.run(0.012), or call"
+            " measure()",
         ),
         ("None.orientation", "'NoneType' object has no attribute 'orientation'"),
     ],

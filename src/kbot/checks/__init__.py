@@ -5,6 +5,7 @@ from kbot.checks.open_files import OpenFiles
 from kbot.checks.registry import Finding, Rule, all_rules, find_rule, rule
 from kbot.checks.runner import check_file, check_loaded, check_text
 from kbot.checks.settings import load_config
+from kbot.lazy_names import public_names
 
 __all__ = [
     "Config",
@@ -19,3 +20,5 @@ __all__ = [
     "load_config",
     "rule",
 ]
+
+__dir__ = public_names(__all__)

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
 
+from kbot.brief import Brief
 
-@dataclass(frozen=True)
-class Config:
+
+@dataclass(frozen=True, repr=False)
+class Config(Brief):
     """The configuration of a check. `folder` is the folder of the configuration file."""
 
     select: tuple[str, ...] = ("ALL",)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+from kbot.brief import Brief, counted
 from kbot.checks.config import Config
 from kbot.checks.runner import check_file
 from kbot.text import Diagnostic
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from kbot.xacro import Packages
 
 
-class OpenFiles:
+class OpenFiles(Brief):
     """The files that are open in an editor. Call `edit` at each keystroke and `check` to get findings.
 
     A robot and the files it includes may be open at once, each with unsaved text. Other files are read from
@@ -50,3 +51,6 @@ class OpenFiles:
         """
         with unsaved(self._texts):
             return check_file(path, arguments, self._packages, self._config)
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self._texts), "open file")

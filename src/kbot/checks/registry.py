@@ -14,6 +14,7 @@ from functools import cache
 from importlib import import_module
 from typing import Literal
 
+from kbot.brief import Brief
 from kbot.checks.context import Context
 from kbot.extensions import parts
 from kbot.text import Diagnostic, Fix, KbotError, Origin, Related, Severity
@@ -23,8 +24,8 @@ from kbot.text.suggest import did_you_mean
 Needs = Literal["source", "document", "robot", "drive", "below"]
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+@dataclass(frozen=True, slots=True, repr=False)
+class Finding(Brief):
     """What a rule reports about one place. `Rule.diagnostic` adds the rule's code and severity."""
 
     origin: Origin
@@ -49,8 +50,8 @@ def reported(faults: Iterable[Diagnostic], code: str) -> Found:
 Check = Callable[[Context], Iterable[Finding]]
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+@dataclass(frozen=True, slots=True, repr=False)
+class Rule(Brief):
     """A rule: its code, name, severity, the version that added it, its page and its function.
 
     `needs` is what must be available before the rule can run. "below" marks codes that lower packages report
@@ -91,6 +92,11 @@ class Rule:
             finding.fix,
             finding.cause,
         )
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.code)
+        yield repr(self.name)
+        yield repr(str(self.severity))
 
 
 _RULES: dict[str, Rule] = {}

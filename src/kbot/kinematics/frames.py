@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kbot.brief import Brief, counted
 from kbot.kinematics.spatial import Quaternion, SpatialFrame, Vector, quaternion_product
 from kbot.kinematics.transform import Transform, rotations_about
 from kbot.model import Joint, JointType, RobotModel
@@ -52,7 +53,7 @@ class Follow:
     offset: float
 
 
-class FrameTree:
+class FrameTree(Brief):
     """The frames of a robot's links.
 
     Joints without a given position are at 0. A mimic joint follows its leader, unless it has a position of
@@ -210,6 +211,11 @@ class FrameTree:
             raise KbotError(f"joint '{name}' is {joint.type} and has no position")
         hint = did_you_mean(name, self._movable)
         raise KbotError(f"the robot has no joint '{name}'" + (f": {hint}" if hint else ""))
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.robot.name)
+        yield counted(len(self.robot.links), "link")
+        yield f"root={self.root!r}"
 
 
 class JointPose:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.spatial import rotation
 from kbot.model import Pose
 
@@ -17,7 +18,7 @@ _LEAST = 1e-290
 """Squared length of a quaternion below which underflow loses too many digits."""
 
 
-class Transform:
+class Transform(Brief):
     """An immutable rigid transform. `a_from_b` converts coordinates in frame b to frame a.
 
     Names compose from left to right: `a_from_c = a_from_b @ b_from_c`.
@@ -184,8 +185,8 @@ class Transform:
         return (Transform, (self._matrix,))
 
     def __repr__(self) -> str:
-        xyz = ", ".join(f"{v:.6g}" for v in self.translation)
-        rpy = ", ".join(f"{v:.6g}" for v in self.rpy)
+        xyz = ", ".join(f"{v + 0.0:.6g}" for v in self.translation)  # -0.0 is 0.0
+        rpy = ", ".join(f"{v + 0.0:.6g}" for v in self.rpy)
         return f"Transform(xyz=({xyz}), rpy=({rpy}))"
 
 

@@ -1,6 +1,6 @@
 """Gymnasium environments, and the policies that are trained in them."""
 
-from kbot.lazy_names import lazy_names
+from kbot.lazy_names import lazy_names, public_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -35,3 +35,4 @@ __all__ = [
 
 # imported on first use: the environments do not need the libraries of policies
 __getattr__ = lazy_names(__name__, _HOMES)
+__dir__ = public_names(__all__)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, Generic, TypeVar
 
+from kbot.brief import Brief, counted
 from kbot.messages.checked import checked
 from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
@@ -12,7 +13,7 @@ from kbot.text.suggest import did_you_mean
 M = TypeVar("M")
 
 
-class Subscription:
+class Subscription(Brief):
     """A callback that receives a topic's messages until it is closed."""
 
     # Any: each topic has its own type
@@ -26,6 +27,10 @@ class Subscription:
         if self in self._topic.subscriptions:
             self._topic.subscriptions.remove(self)
             self._bus.changes += 1
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self._topic.name)
+        yield self._topic.message_type.__name__
 
 
 class _Topic:
@@ -46,7 +51,7 @@ class _Topic:
         return bool(self.publishers) or any(not subscription.passive for subscription in self.subscriptions)
 
 
-class Publisher(Generic[M]):
+class Publisher(Brief, Generic[M]):
     """Publishes messages of one type on one topic, until it is closed."""
 
     def __init__(self, bus: Bus, topic: _Topic, rate: float = 0.0) -> None:
@@ -91,6 +96,10 @@ class Publisher(Generic[M]):
         """As `publish`, for KBot's own frequent messages: their fields are plain and are not checked."""
         _deliver(self._topic, message)
 
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.topic)
+        yield self._topic.message_type.__name__
+
 
 def _publish(topic: _Topic, message: object) -> None:
     if not isinstance(message, topic.message_type):
@@ -109,7 +118,7 @@ def _deliver(topic: _Topic, message: object) -> None:
         subscription.callback(message)
 
 
-class Bus:
+class Bus(Brief):
     """The topics of one simulation.
 
     The first publisher or subscriber of a topic sets its type. A topic exists while it has a publisher or a
@@ -248,6 +257,9 @@ class Bus:
                 f"topic {name} carries {entry.message_type.__name__}, not {message_type.__name__}"
             )
         return entry
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self.topics), "topic")
 
 
 def absolute(topic: str, namespace: str = "") -> str:

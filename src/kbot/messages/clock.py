@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush, heapreplace
 
+from kbot.brief import Brief, counted
 from kbot.messages.types import Time
 from kbot.text import KbotError
 
@@ -14,8 +15,8 @@ NEVER = 1 << 62
 """`next_due` without timers: 146 years, later than any run."""
 
 
-@dataclass(slots=True)
-class Timer:
+@dataclass(slots=True, repr=False)
+class Timer(Brief):
     """Calls `callback` every `period` nanoseconds, first at `due`."""
 
     period: int
@@ -26,8 +27,12 @@ class Timer:
     def cancel(self) -> None:
         self.cancelled = True
 
+    def _shown(self) -> Iterator[str]:
+        yield f"every {self.period / NANOSECONDS:g} s"
+        yield "cancelled" if self.cancelled else f"next at {self.due / NANOSECONDS:g} s"
 
-class Clock:
+
+class Clock(Brief):
     """Time since the start in whole nanoseconds. Its owner, for example a simulation, advances it.
 
     Timers that are due at the same time are called in the order of their creation. Therefore two runs with
@@ -114,3 +119,7 @@ class Clock:
 
     def _update_next_due(self) -> None:
         self.next_due = self._timers[0][0] if self._timers else NEVER
+
+    def _shown(self) -> Iterator[str]:
+        yield f"{self.seconds:g} s"
+        yield counted(len(self._timers), "timer")

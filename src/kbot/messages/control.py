@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from kbot.brief import Brief
 from kbot.messages.sensing import MultiArrayLayout
 from kbot.messages.types import Header, Int32, UInt32
 
@@ -31,14 +32,14 @@ class Float64:
     data: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Float64MultiArray:
+@dataclass(frozen=True, slots=True, repr=False)
+class Float64MultiArray(Brief):
     layout: MultiArrayLayout = LAYOUT
     data: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class JointTrajectoryPoint:
+@dataclass(frozen=True, slots=True, repr=False)
+class JointTrajectoryPoint(Brief):
     """One number per joint in rad or m, rad/s or m/s, …; N or N m. An empty list leaves the quantity open."""
 
     positions: tuple[float, ...] = ()
@@ -48,8 +49,8 @@ class JointTrajectoryPoint:
     time_from_start: Duration = Duration()
 
 
-@dataclass(frozen=True, slots=True)
-class JointTrajectory:
+@dataclass(frozen=True, slots=True, repr=False)
+class JointTrajectory(Brief):
     header: Header = HEADER
     joint_names: tuple[str, ...] = ()
     points: tuple[JointTrajectoryPoint, ...] = ()

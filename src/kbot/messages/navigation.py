@@ -7,19 +7,20 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.messages.types import Float32, Header, Int32, Pose, PoseWithCovariance, Time, UInt32
 
 HEADER, ORIGIN, ESTIMATE, START = Header(), Pose(), PoseWithCovariance(), Time()
 
 
-@dataclass(frozen=True, slots=True)
-class PoseStamped:
+@dataclass(frozen=True, slots=True, repr=False)
+class PoseStamped(Brief):
     header: Header = HEADER
     pose: Pose = ORIGIN
 
 
-@dataclass(frozen=True, slots=True)
-class PoseWithCovarianceStamped:
+@dataclass(frozen=True, slots=True, repr=False)
+class PoseWithCovarianceStamped(Brief):
     header: Header = HEADER
     pose: PoseWithCovariance = ESTIMATE
 
@@ -32,16 +33,16 @@ class GoalID:
     id: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Path:
+@dataclass(frozen=True, slots=True, repr=False)
+class Path(Brief):
     """Poses in the order of travel."""
 
     header: Header = HEADER
     poses: tuple[PoseStamped, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class MapMetaData:
+@dataclass(frozen=True, slots=True, repr=False)
+class MapMetaData(Brief):
     """`resolution` in m per cell. `origin` is the pose of the corner of the first cell."""
 
     map_load_time: Time = START
@@ -55,8 +56,8 @@ def _empty() -> NDArray[np.int8]:
     return np.empty(0, dtype=np.int8)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OccupancyGrid:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class OccupancyGrid(Brief):
     """Cells row by row from the origin, a row is along x. 0 is free, 100 occupied, -1 unknown."""
 
     header: Header = HEADER
@@ -64,8 +65,8 @@ class OccupancyGrid:
     data: NDArray[np.int8] = field(default_factory=_empty)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OccupancyGridUpdate:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class OccupancyGridUpdate(Brief):
     """The cells of a rectangle of a map, row by row. Its first cell is in column `x` and row `y`."""
 
     header: Header = HEADER

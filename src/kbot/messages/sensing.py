@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.messages.types import (
     Float32,
     Header,
@@ -39,8 +40,8 @@ def _empty() -> NDArray[np.float32]:
     return np.empty(0, dtype=np.float32)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LaserScan:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class LaserScan(Brief):
     """`ranges` in m. +inf: no return. -inf: an object is closer than `range_min` (REP 117)."""
 
     header: Header = HEADER
@@ -92,8 +93,8 @@ class LaserScan:
         return np.where(is_valid, ranges, np.float32(np.inf))
 
 
-@dataclass(frozen=True, slots=True)
-class Imu:
+@dataclass(frozen=True, slots=True, repr=False)
+class Imu(Brief):
     """Angular velocity in rad/s and specific force in m/s^2, in the sensor's axes.
 
     At rest, the specific force is that of gravity, upwards.
@@ -111,8 +112,8 @@ class Imu:
 ULTRASOUND, INFRARED = 0, 1
 
 
-@dataclass(frozen=True, slots=True)
-class Range:
+@dataclass(frozen=True, slots=True, repr=False)
+class Range(Brief):
     """A distance in m, with +inf and -inf as in LaserScan."""
 
     header: Header = HEADER
@@ -130,8 +131,8 @@ class NavSatStatus:
     service: UInt16 = 1
 
 
-@dataclass(frozen=True, slots=True)
-class NavSatFix:
+@dataclass(frozen=True, slots=True, repr=False)
+class NavSatFix(Brief):
     """Degrees, and metres above the WGS 84 ellipsoid. The covariance is in m^2 over east, north, up."""
 
     header: Header = HEADER
@@ -154,8 +155,8 @@ class PointField:
     count: UInt32 = 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PointCloud2:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class PointCloud2(Brief):
     """Points as bytes: `point_step` bytes per point, `row_step` bytes per row."""
 
     header: Header = HEADER
@@ -169,8 +170,8 @@ class PointCloud2:
     is_dense: bool = True
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Image:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Image(Brief):
     """Pixels row by row from the top. KBot's cameras publish `encoding` rgb8, and 32FC1 for depth in m."""
 
     header: Header = HEADER
@@ -191,8 +192,8 @@ class RegionOfInterest:
     do_rectify: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class CameraInfo:
+@dataclass(frozen=True, slots=True, repr=False)
+class CameraInfo(Brief):
     """Intrinsics in pixels, row by row: `k` (3x3), `r` (3x3), `p` (3x4). Field names are those of ROS 2."""
 
     header: Header = HEADER
@@ -216,16 +217,16 @@ class Wrench:
     torque: Vector3 = ZERO
 
 
-@dataclass(frozen=True, slots=True)
-class WrenchStamped:
+@dataclass(frozen=True, slots=True, repr=False)
+class WrenchStamped(Brief):
     """A wrench in the axes of the header's frame."""
 
     header: Header = HEADER
     wrench: Wrench = Wrench()
 
 
-@dataclass(frozen=True, slots=True)
-class Joy:
+@dataclass(frozen=True, slots=True, repr=False)
+class Joy(Brief):
     """The state of a gamepad. Axes are from 1 (left, forward) to -1. A pressed button is 1."""
 
     header: Header = HEADER
@@ -245,13 +246,13 @@ class MultiArrayDimension:
     stride: UInt32 = 0
 
 
-@dataclass(frozen=True, slots=True)
-class MultiArrayLayout:
+@dataclass(frozen=True, slots=True, repr=False)
+class MultiArrayLayout(Brief):
     dim: tuple[MultiArrayDimension, ...] = ()
     data_offset: UInt32 = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Float32MultiArray:
+@dataclass(frozen=True, slots=True, repr=False)
+class Float32MultiArray(Brief):
     layout: MultiArrayLayout = MultiArrayLayout()
     data: tuple[Float32, ...] = ()

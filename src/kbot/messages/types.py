@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import atan2, cos, sin
 from typing import Annotated
 
+from kbot.brief import Brief
+
 # The ROS type of a field, where the Python type does not determine it. A test compares them with ROS.
 Int8 = Annotated[int, "int8"]
 UInt8 = Annotated[int, "uint8"]
@@ -95,8 +97,8 @@ class Pose:
     orientation: Quaternion = Quaternion()
 
 
-@dataclass(frozen=True, slots=True)
-class PoseWithCovariance:
+@dataclass(frozen=True, slots=True, repr=False)
+class PoseWithCovariance(Brief):
     pose: Pose = Pose()
     covariance: Numbers36 = NO_COVARIANCE
 
@@ -115,14 +117,14 @@ class TwistStamped:
     twist: Twist = Twist()
 
 
-@dataclass(frozen=True, slots=True)
-class TwistWithCovariance:
+@dataclass(frozen=True, slots=True, repr=False)
+class TwistWithCovariance(Brief):
     twist: Twist = Twist()
     covariance: Numbers36 = NO_COVARIANCE
 
 
-@dataclass(frozen=True, slots=True)
-class Odometry:
+@dataclass(frozen=True, slots=True, repr=False)
+class Odometry(Brief):
     """`pose` in `header.frame_id`, `twist` in `child_frame_id`."""
 
     header: Header = Header()
@@ -131,8 +133,8 @@ class Odometry:
     twist: TwistWithCovariance = TwistWithCovariance()
 
 
-@dataclass(frozen=True, slots=True)
-class JointState:
+@dataclass(frozen=True, slots=True, repr=False)
+class JointState(Brief):
     """One entry per joint. An empty list means that the quantity is unknown."""
 
     header: Header = Header()
@@ -142,14 +144,14 @@ class JointState:
     effort: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Transform:
+@dataclass(frozen=True, slots=True, repr=False)
+class Transform(Brief):
     translation: Vector3 = Vector3()
     rotation: Quaternion = Quaternion()
 
 
-@dataclass(frozen=True, slots=True)
-class TransformStamped:
+@dataclass(frozen=True, slots=True, repr=False)
+class TransformStamped(Brief):
     """The pose of `child_frame_id` in `header.frame_id`."""
 
     header: Header = Header()
@@ -157,8 +159,8 @@ class TransformStamped:
     transform: Transform = Transform()
 
 
-@dataclass(frozen=True, slots=True)
-class TFMessage:
+@dataclass(frozen=True, slots=True, repr=False)
+class TFMessage(Brief):
     transforms: tuple[TransformStamped, ...] = ()
 
 
@@ -169,6 +171,6 @@ class ClockMessage:
     clock: Time = Time()
 
 
-@dataclass(frozen=True, slots=True)
-class String:
+@dataclass(frozen=True, slots=True, repr=False)
+class String(Brief):
     data: str = ""

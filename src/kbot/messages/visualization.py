@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from kbot.brief import Brief
 from kbot.messages.control import Duration
 from kbot.messages.types import Float32, Header, Int32, Point, Pose, Vector3
 
@@ -25,8 +26,8 @@ class ColorRGBA:
     a: Float32 = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class CompressedImage:
+@dataclass(frozen=True, slots=True, repr=False)
+class CompressedImage(Brief):
     """`data` is a file in the given `format`, jpeg or png."""
 
     header: Header = HEADER
@@ -40,8 +41,8 @@ class UVCoordinate:
     v: Float32 = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class MeshFile:
+@dataclass(frozen=True, slots=True, repr=False)
+class MeshFile(Brief):
     filename: str = ""
     data: bytes = b""
 
@@ -49,8 +50,8 @@ class MeshFile:
 BLACK, NO_IMAGE, NO_FILE = ColorRGBA(), CompressedImage(), MeshFile()
 
 
-@dataclass(frozen=True, slots=True)
-class Marker:
+@dataclass(frozen=True, slots=True, repr=False)
+class Marker(Brief):
     """A shape to draw, identified by `ns` and `id`. `type` and `action` are the numbers above.
 
     Without a `lifetime` it stays until it is deleted.
@@ -77,13 +78,13 @@ class Marker:
     mesh_use_embedded_materials: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class MarkerArray:
+@dataclass(frozen=True, slots=True, repr=False)
+class MarkerArray(Brief):
     markers: tuple[Marker, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class PoseArray:
+@dataclass(frozen=True, slots=True, repr=False)
+class PoseArray(Brief):
     header: Header = HEADER
     poses: tuple[Pose, ...] = ()
 
@@ -95,8 +96,8 @@ class Point32:
     z: Float32 = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Polygon:
+@dataclass(frozen=True, slots=True, repr=False)
+class Polygon(Brief):
     """Corners in order. The last is connected to the first."""
 
     points: tuple[Point32, ...] = ()
@@ -105,13 +106,13 @@ class Polygon:
 NO_CORNERS = Polygon()
 
 
-@dataclass(frozen=True, slots=True)
-class PolygonStamped:
+@dataclass(frozen=True, slots=True, repr=False)
+class PolygonStamped(Brief):
     header: Header = HEADER
     polygon: Polygon = NO_CORNERS
 
 
-@dataclass(frozen=True, slots=True)
-class PointStamped:
+@dataclass(frozen=True, slots=True, repr=False)
+class PointStamped(Brief):
     header: Header = HEADER
     point: Point = HERE

@@ -1,5 +1,6 @@
 """The robot model: `RobotModel`, `Link`, `Joint` and their parts, each with its origin in the source."""
 
+from kbot.lazy_names import public_names
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.read import RobotReading, read_robot
 from kbot.model.robot import (
@@ -41,3 +42,5 @@ __all__ = [
     "Visual",
     "read_robot",
 ]
+
+__dir__ = public_names(__all__)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from kbot.brief import Brief, counted
 from kbot.model._attributes import MeshFinder
 from kbot.model.read import read_robot
 from kbot.model.robot import RobotModel
@@ -27,8 +28,8 @@ _EXPRESSION = re.compile(r"\$[{(]")
 _MISSING = frozenset({"U003", "U006", "U007", "U008", "U014"})
 
 
-@dataclass(frozen=True)
-class Loaded:
+@dataclass(frozen=True, repr=False)
+class Loaded(Brief):
     """The result of loading a description. `robot` is None if its links and joints form no tree."""
 
     robot: RobotModel | None
@@ -49,6 +50,11 @@ class Loaded:
         if self.robot is None or self.has_errors:
             raise DescriptionError(self.diagnostics)
         return self.robot
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.robot.name) if self.robot is not None else "no robot"
+        yield repr(self.expansion.path)
+        yield counted(len(self.diagnostics), "diagnostic")
 
 
 def resolve_robot_path(path: str | os.PathLike[str]) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from kbot.brief import Brief
 from kbot.model._attributes import AttributeReader, MeshFinder, NamesAt, no_names, parts
 from kbot.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from kbot.model.robot import (
@@ -384,8 +385,8 @@ def _read_safety(element: Element, values: AttributeReader) -> SafetyController:
 _READ = ("link", "joint", "material")
 
 
-@dataclass(frozen=True)
-class RobotReading:
+@dataclass(frozen=True, repr=False)
+class RobotReading(Brief):
     """The result of reading a document. `robot` is None if its links and joints do not form a tree."""
 
     robot: RobotModel | None

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 
+from kbot.brief import Brief, brief, counted
 from kbot.model.geometry import Geometry
 from kbot.text import Element, Origin
 
@@ -23,8 +24,8 @@ class Pose:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Inertial:
+@dataclass(frozen=True, slots=True, repr=False)
+class Inertial(Brief):
     """Mass in kg, and inertia tensor in kg m^2 about the centre of mass, in the axes of `pose`."""
 
     mass: float
@@ -48,6 +49,11 @@ class Inertial:
             (self.ixz, self.iyz, self.izz),
         )
 
+    def _shown(self) -> Iterator[str]:
+        yield f"mass={self.mass:g}"
+        for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+            yield f"{name}={getattr(self, name):g}"
+
 
 @dataclass(frozen=True, slots=True)
 class Material:
@@ -59,25 +65,35 @@ class Material:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Visual:
+@dataclass(frozen=True, slots=True, repr=False)
+class Visual(Brief):
     name: str
     pose: Pose
     geometry: Geometry
     material: Material | None
     origin: Origin
 
+    def _shown(self) -> Iterator[str]:
+        yield from [repr(self.name)] if self.name else []
+        yield brief(self.geometry)
+        yield str(self.origin)
 
-@dataclass(frozen=True, slots=True)
-class Collision:
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Collision(Brief):
     name: str
     pose: Pose
     geometry: Geometry
     origin: Origin
 
+    def _shown(self) -> Iterator[str]:
+        yield from [repr(self.name)] if self.name else []
+        yield brief(self.geometry)
+        yield str(self.origin)
 
-@dataclass(frozen=True, slots=True)
-class Link:
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Link(Brief):
     name: str
     inertial: Inertial | None
     visuals: tuple[Visual, ...]
@@ -85,9 +101,20 @@ class Link:
     origin: Origin
 
     @property
+    def mass(self) -> float:
+        """Mass in kg, 0 without `<inertial>`."""
+        return self.inertial.mass if self.inertial is not None else 0.0
+
+    @property
     def shapes(self) -> tuple[Visual | Collision, ...]:
         """The visuals, then the collisions."""
         return (*self.visuals, *self.collisions)
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.name)
+        yield f"{self.mass:g} kg"
+        yield counted(len(self.visuals), "visual")
+        yield counted(len(self.collisions), "collision")
 
 
 class JointType(StrEnum):
@@ -138,8 +165,8 @@ class SafetyController:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Joint:
+@dataclass(frozen=True, slots=True, repr=False)
+class Joint(Brief):
     """A joint. `axis` is in the joint frame, not normalised; x without `<axis>` (then no `axis_origin`)."""
 
     name: str
@@ -189,9 +216,15 @@ class Joint:
         velocity = self.limit.velocity if self.limit is not None else None
         return velocity if velocity is not None and velocity > 0.0 else math.inf
 
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.name)
+        yield repr(str(self.type))
+        yield f"parent={self.parent!r}"
+        yield f"child={self.child!r}"
 
-@dataclass(frozen=True)
-class RobotModel:
+
+@dataclass(frozen=True, repr=False)
+class RobotModel(Brief):
     """A robot description: a tree of links connected by joints.
 
     `extensions` are the elements of the root that URDF does not define (`<gazebo>`, `<transmission>`,
@@ -228,3 +261,9 @@ class RobotModel:
     def movable_joints(self) -> tuple[Joint, ...]:
         """The joints whose position is a single number, in order, including mimic joints."""
         return tuple(joint for joint in self.joints.values() if joint.has_position)
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.name)
+        yield counted(len(self.links), "link")
+        yield counted(len(self.joints), "joint")
+        yield repr(self.origin.span.source.path)

@@ -5,6 +5,7 @@ trip = go_to(sim, kbot.PlanarPose(1.8, 1.8, 0.0))
 trip.status.state, trip.status.reason
 """
 
+from kbot.lazy_names import public_names
 from kbot.navigation.controller import Controller, ControllerLimits, Observation, twist
 from kbot.navigation.followers.go_to_pose import GoToPose
 from kbot.navigation.followers.obstacle_guard import ObstacleGuard
@@ -61,3 +62,5 @@ __all__ = [
     "turning_radius",
     "twist",
 ]
+
+__dir__ = public_names(__all__)

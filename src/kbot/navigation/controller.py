@@ -17,6 +17,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.messages import Twist, Vector3
 from kbot.navigation.lidar_view import LidarView
@@ -35,8 +36,8 @@ PLANNED_BRAKING = 0.7
 than planned."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Observation:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Observation(Brief):
     """What a controller knows when it computes a command.
 
     time           simulated time in s

@@ -1,8 +1,9 @@
-"""Checks the numbers of a goal: its pose and its time limit."""
+"""Checks a goal: its pose and its time limit."""
 
 from __future__ import annotations
 
 import math
+import reprlib
 
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim.numbers import FURTHEST
@@ -10,7 +11,10 @@ from kbot.text import KbotError
 
 
 def require_goal(goal: PlanarPose) -> None:
-    """Raises KbotError: a number is not finite, or the goal is further than `FURTHEST` from the origin."""
+    """Raises KbotError: it is not a pose, a number is not finite, or the goal is further than `FURTHEST` from
+    the origin."""
+    if not isinstance(goal, PlanarPose):
+        raise KbotError(f"a goal must be a PlanarPose(x, y, yaw) in m and rad, not {reprlib.repr(goal)}")
     if not all(math.isfinite(v) for v in (goal.x, goal.y, goal.yaw)):
         raise KbotError("a goal needs a finite x and y in m and a finite yaw in rad")
     if max(abs(goal.x), abs(goal.y)) > FURTHEST:

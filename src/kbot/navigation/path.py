@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import navigation as nav
 from kbot.messages import types as msg
@@ -17,8 +18,8 @@ from kbot.text import KbotError
 START = msg.Time()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Path:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Path(Brief):
     """A path of straight pieces.
 
     points  corners (n, 2) in m

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from kbot.brief import Brief
 from kbot.pytest_plugin.settings import lines_of, start_of, without_traceback
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _LONGEST_NAME = 120
 """Characters of a file name that is made from a test's name."""
 
 
-class Trial:
+class Trial(Brief):
     """The type of the fixture `trial`."""
 
     def __init__(

@@ -7,6 +7,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from kbot.brief import Brief
 from kbot.record.encodings.foreign_types import EVENT, ShapeCheck, code_cost, read_definition
 from kbot.record.encodings.quality import is_latched, recorded_qos
 from kbot.record.encodings.serialization import (
@@ -165,7 +166,7 @@ def _layout(store: Typestore, name: str) -> Iterator[object]:
                 yield part
 
 
-class RecordedMessage:
+class RecordedMessage(Brief):
     """A recorded message. It is `Recordable`, so it can be written to another recording."""
 
     def __init__(
@@ -296,3 +297,9 @@ class RecordedMessage:
             raise KbotError(f"{self.place}: {error}") from None
         except (SerdeError, LookupError, ValueError, MemoryError) as error:
             raise KbotError(f"{self.place} is not a {self.type_name}: {error}") from None
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.topic)
+        yield repr(self.type_name)
+        yield f"{self.nanoseconds * 1e-9:g} s"
+        yield f"{len(self.data)} bytes"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import get_origin, get_type_hints
 
 import numpy as np
 
+from kbot.brief import Brief, counted
 from kbot.messages.bus import Bus, Subscription
 from kbot.record.encodings.plain import to_json
 from kbot.record.encodings.quality import offered_qos
@@ -85,7 +86,7 @@ class Packet:
 Receiver = Callable[[Packet], None]
 
 
-class Feed:
+class Feed(Brief):
     """One subscription per topic, for any number of receivers. Used only on the simulation's thread."""
 
     def __init__(self, bus: Bus, now: Callable[[], int]) -> None:
@@ -126,6 +127,9 @@ class Feed:
         )
         for receiver in tuple(self._receivers[topic]):
             receiver(packet)
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self._subscriptions), "topic")
 
 
 @cache

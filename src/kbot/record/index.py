@@ -7,6 +7,7 @@ from bisect import bisect_right
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
+from kbot.brief import Brief, counted
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import NOTES_TOPIC, Index, NoIndex
 from kbot.record.limits import memory_limit
@@ -18,7 +19,7 @@ ENTRY_BYTES = 500
 """Memory that a message takes in addition to its bytes."""
 
 
-class WholeIndex:
+class WholeIndex(Brief):
     """A recording held in memory. If a run was set back in time, the later messages replace the earlier
     ones."""
 
@@ -67,6 +68,9 @@ class WholeIndex:
     def _part(self, topic: str, after: int, until: int) -> list[RecordedMessage]:
         times = self._times[topic]
         return self._entries[topic][bisect_right(times, after) : bisect_right(times, until)]
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self.topics), "topic")
 
 
 def open_index(path: str) -> Index:

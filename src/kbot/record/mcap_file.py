@@ -35,6 +35,7 @@ from mcap.records import (
 from mcap.summary import Summary
 from mcap.writer import CompressionType, Writer
 
+from kbot.brief import Brief, counted
 from kbot.record.chunks import ChunkCache, in_time_order
 from kbot.record.encodings.foreign_types import full_name
 from kbot.record.encodings.quality import latches, offered_qos
@@ -390,7 +391,7 @@ ALLOWED_DISORDER = 100_000_000
 clock was set back."""
 
 
-class McapIndex:
+class McapIndex(Brief):
     """Access to one file by time. The file is opened for each chunk that is read."""
 
     broken = ""
@@ -535,6 +536,9 @@ class McapIndex:
             is_ros1=encoding == "ros1",
             qos=self._qos[record.channel_id],
         )
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self.topics), "topic")
 
 
 def _notes(stream: IO[bytes], places: Iterable[MetadataIndex]) -> Iterator[tuple[str, dict[str, str]]]:

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from kbot.brief import Brief, counted
 from kbot.record.entry import RecordedMessage
 from kbot.record.formats import NOTES_TOPIC, BrokenOff, RecordingSource, read_note
 from kbot.record.names import BAGS
@@ -29,8 +30,8 @@ class TopicSummary:
     """Whether late subscribers received its last message."""
 
 
-@dataclass
-class Summary:
+@dataclass(repr=False)
+class Summary(Brief):
     """The contents of a recording. Times are nanoseconds of its clock. `broken` is the reason why it is
     incomplete."""
 
@@ -55,8 +56,14 @@ class Summary:
         """Time from the first message to the last."""
         return 0.0 if self.start is None or self.end is None else (self.end - self.start) * 1e-9
 
+    def _shown(self) -> Iterator[str]:
+        yield self.kind
+        yield counted(len(self.topics), "topic")
+        yield counted(self.count, "message")
+        yield f"{self.seconds:g} s"
 
-class Recording:
+
+class Recording(Brief):
     """A recording on disk. Each method reads it again, one message at a time."""
 
     def __init__(self, path: str) -> None:
@@ -98,6 +105,10 @@ class Recording:
     def require_topics(self, topics: tuple[str, ...]) -> tuple[str, ...]:
         """The recorded names of topics, as `require_topics` finds them."""
         return require_topics(self.path, self.summary(), topics)
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.path)
+        yield self._source.kind
 
 
 class Recordings:

@@ -6,12 +6,13 @@ import errno
 import json
 import platform
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import astuple
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from kbot.brief import Brief, counted
 from kbot.messages.bus import absolute
 from kbot.messages.clock import Timer
 from kbot.messages.program_topics import is_program_topic
@@ -44,7 +45,7 @@ MOST_QUEUED = 1000
 """Messages in the queue before they are written, which bounds its memory."""
 
 
-class Recorder:
+class Recorder(Brief):
     """Records a simulation from now until `close`, without influence on the run.
 
     `failure` is set if the file cannot be written any more. The recording has then ended, and the run
@@ -254,6 +255,10 @@ class Recorder:
             self._world_recorder.close()
         for topic in self._open:
             self._feed.close(topic, self._write)
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.path)
+        yield counted(self.count, "message")
 
 
 def run_facts(simulation: Simulation, world: str = "") -> dict[str, str]:

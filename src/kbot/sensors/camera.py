@@ -20,7 +20,7 @@ from kbot.sim import Simulation
 from kbot.text import KbotError
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Camera(Spec):
     """A camera that looks along x of `pose`, with z up.
 
@@ -88,7 +88,7 @@ class CameraSensor(Sensor[Image]):
             self._depths = self._advertise(depths, Image) if spec.depth else None
             undo.pop_all()
         self._noise = self._noise_of(spec.noise, "colour", spec.width * spec.height * 3)
-        self.latest_depth: Image | None = None
+        self._latest_depth: Image | None = None
 
     def _bind(self, model: mujoco.MjModel) -> None:
         super()._bind(model)
@@ -111,6 +111,19 @@ class CameraSensor(Sensor[Image]):
     def has_subscribers(self) -> bool:
         beside = self._infos.has_subscribers or (self._depths is not None and self._depths.has_subscribers)
         return beside or super().has_subscribers
+
+    @property
+    def latest_depth(self) -> Image:
+        """The newest image of depths in m (32FC1).
+
+        Raises:
+            KbotError: the camera measures no depths, or there is no reading yet.
+        """
+        if self._depths is None:
+            raise KbotError(f"{self.spec.label} has no depth image: declare it with Camera(depth=True)")
+        if not self.has_reading or self._latest_depth is None:
+            raise KbotError(self._why_no_reading())
+        return self._latest_depth
 
     def draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
         """The current colours (height, width, 3) and depths (height, width) in m.
@@ -146,9 +159,9 @@ class CameraSensor(Sensor[Image]):
         if self._infos.has_subscribers:
             self._infos.publish_plain(self.info())
         if self._depths is not None:
-            self.latest_depth = self._image("32FC1", 4, depths.astype("<f4").tobytes())
+            self._latest_depth = self._image("32FC1", 4, depths.astype("<f4").tobytes())
             if self._depths.has_subscribers:
-                self._depths.publish_plain(self.latest_depth)
+                self._depths.publish_plain(self._latest_depth)
 
     def _image(self, encoding: str, size: int, data: bytes) -> Image:
         spec = self.spec

@@ -15,7 +15,7 @@ from kbot.sim.engine.geometry import own_geometries
 from kbot.sim.engine.world_builder import PREFIX, owner
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Contact(Spec):
     """A bumper on `link`, or with `everywhere` on all links of the robot. It does not detect the ground."""
 

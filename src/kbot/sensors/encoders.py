@@ -17,7 +17,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Encoders(Spec):
     """Encoders of `joints`, by default of the driving wheels.
 

@@ -18,7 +18,7 @@ from kbot.text import KbotError
 from kbot.text.suggest import did_you_mean
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class ForceTorque(Spec):
     """A force-torque sensor in a `joint` of any type.
 

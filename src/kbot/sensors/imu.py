@@ -20,7 +20,7 @@ from kbot.sim import Simulation
 Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Imu(Spec):
     """An IMU. The noises `gyroscope` (rad/s) and `accelerometer` (m/s^2) apply to each axis."""
 

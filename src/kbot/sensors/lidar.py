@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypedDict, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,50 @@ from kbot.sensors.sensor import Sensor, Spec
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    import typing_extensions  # typing has defaults of type variables from Python 3.13
+
+    from kbot.kinematics.transform import Transform
+    from kbot.text import Origin
+
+    S_co = typing_extensions.TypeVar(
+        "S_co",
+        bound="LidarSensor | CloudSensor",
+        covariant=True,
+        default="LidarSensor | CloudSensor",
+    )
+
+    class LidarValues(TypedDict, total=False):
+        """The arguments of a Lidar besides `link` and `rows`, for type checkers."""
+
+        name: str
+        pose: Transform
+        rate: float
+        latency: float
+        topic: str
+        frame: str
+        robot: str
+        origin: Origin | None
+        samples: int
+        angle_min: float
+        angle_max: float
+        range_min: float
+        range_max: float
+        elevation_min: float
+        elevation_max: float
+        noise: Noise
+
+else:
+    S_co = TypeVar("S_co", covariant=True)
+
 _MOST_BEAMS = 10_000_000
 """Bounds the memory that a reading takes."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Lidar(Spec):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Lidar(Spec, Generic[S_co]):
     """A lidar with evenly spaced beams from `angle_min` to `angle_max` (rad, about z).
 
     Both ends are included, as in Gazebo. `angle_max` may be below `angle_min`, for a lidar mounted upside
@@ -39,6 +77,19 @@ class Lidar(Spec):
     elevation_min: float = 0.0
     elevation_max: float = 0.0
     noise: Noise = NONE
+
+    if TYPE_CHECKING:
+        # A type checker infers the sensor from `rows`: the readings of one row are scans. Hence Any for a
+        # number of rows that is known only at run time, which may be 1.
+        @overload
+        def __init__(
+            self: Lidar[LidarSensor], *, link: str, rows: Literal[1] = 1, **values: Unpack[LidarValues]
+        ) -> None: ...
+        @overload
+        def __init__(
+            self: Lidar[CloudSensor | Any], *, link: str, rows: int, **values: Unpack[LidarValues]
+        ) -> None: ...
+        def __init__(self, *, link: str, rows: int = 1, **values: Unpack[LidarValues]) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -75,8 +126,9 @@ class Lidar(Spec):
         parts = (level * np.cos(angles), level * np.sin(angles), np.sin(elevations) + 0.0 * angles)
         return np.stack(parts, axis=-1).reshape(-1, 3)
 
-    def mount(self, simulation: Simulation) -> LidarSensor | CloudSensor:
-        return LidarSensor(simulation, self) if self.rows == 1 else CloudSensor(simulation, self)
+    def mount(self, simulation: Simulation) -> S_co:
+        sensor = LidarSensor(simulation, self) if self.rows == 1 else CloudSensor(simulation, self)
+        return cast("S_co", sensor)
 
 
 class _Beams:

@@ -22,7 +22,7 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 """Luminance of red, green and blue (ITU-R BT.709)."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Line(Spec):
     """A row of `eyes` along y, `spacing` m apart, the first on the left.
 

@@ -35,7 +35,7 @@ _DIAGONAL = 2
 """COVARIANCE_TYPE_DIAGONAL_KNOWN."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Gps(Spec):
     """A GPS receiver.
 
@@ -141,7 +141,7 @@ def geodetic(
     return math.degrees(phi), math.degrees(math.atan2(y, x)), height
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class GroundTruth(Spec):
     """The true pose of a link in the world, and its twist in its own axes.
 

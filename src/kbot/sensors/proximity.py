@@ -21,7 +21,7 @@ _RINGS, _SPOKES = 4, 12
 """A cone is sampled by its axis and by 4 rings of 12 rays."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Range(Spec):
     """The distance to the nearest object within a cone of `field_of_view` rad about x.
 

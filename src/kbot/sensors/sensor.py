@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.transform import Transform
 from kbot.messages import Header
 from kbot.messages.bus import Publisher
@@ -39,8 +40,8 @@ _KBOT = "/kbot/"
 """Reserved topics, and a reserved prefix: the run, its page and its recording publish on them."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Spec(ABC):
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Spec(Brief, ABC):
     """The declaration of a sensor.
 
     `pose` is `link_from_sensor`. `rate` is in Hz. `latency` is the time from measuring to publishing in s.
@@ -79,7 +80,7 @@ class Spec(ABC):
     def mount(self, simulation: Simulation) -> Sensor[Any]: ...
 
 
-class Sensor(ABC, Generic[M]):
+class Sensor(Brief, ABC, Generic[M]):
     """A sensor on a simulated robot.
 
     It measures at its rate and publishes the readings on its topic. `latest` is the newest reading.
@@ -132,11 +133,32 @@ class Sensor(ABC, Generic[M]):
         return self.simulation.robots.named(self.owner).naming.namespace
 
     @property
-    def latest(self) -> M | None:
-        """The newest reading. None before the first reading, also after a reset."""
+    def has_reading(self) -> bool:
+        """Whether it has published a reading since the start of the run."""
         if self._latest is not None and self._latest[0] > self.simulation.clock.nanoseconds:
-            self._latest = None
-        return self._latest[1] if self._latest else None
+            self._latest = None  # a reset or a restored state set the time back
+        return self._latest is not None
+
+    @property
+    def latest(self) -> M:
+        """The newest reading.
+
+        Raises:
+            KbotError: there is no reading yet, or none since a reset (`has_reading`).
+        """
+        if not self.has_reading or self._latest is None:
+            raise KbotError(self._why_no_reading())
+        return self._latest[1]
+
+    def _why_no_reading(self) -> str:
+        if self.only_with_subscribers and not self.has_subscribers:
+            return f"{self.spec.label} has no reading: it measures only while its topic has a subscriber"
+        # a step more than the first reading takes, because run rounds to steps; up to whole milliseconds
+        seconds = self._period + self.spec.latency + self.simulation.timestep
+        return (
+            f"{self.spec.label} has no reading yet: advance the simulation first, for example with"
+            f" sim.run({math.ceil(1e3 * seconds - 1e-6) / 1e3:g}), or call measure()"
+        )
 
     @abstractmethod
     def measure(self, sample: int | None = None) -> M:
@@ -219,6 +241,12 @@ class Sensor(ABC, Generic[M]):
         model, data = self._engine()
         rotation = self._body_axes
         return model, data, self._body_place + rotation.dot(self._offset), rotation.dot(self._rotation)
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.spec.label)
+        yield f"link={self.spec.link!r}"
+        yield f"rate={self.spec.rate:g}"
+        yield f"topic={self._publisher.topic!r}"
 
 
 def require_sensor_topic(topic: str) -> None:

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from kbot.brief import Brief
 from kbot.sim.engine.engine import Engine
 from kbot.sim.numbers import LONGEST, positive
 from kbot.sim.recipe import CONTROL_PERIOD
@@ -22,7 +23,7 @@ class Follower(Protocol):
         ...
 
 
-class CommandDelivery:
+class CommandDelivery(Brief):
     """The commands that robots are executing. `lost_share` of the commands from outside are dropped."""
 
     def __init__(self, engine: Engine, seed: int) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import reprlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
 
+from kbot.brief import Brief, counted
 from kbot.messages.bus import Bus
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.engine.engine import Engine
@@ -58,7 +60,7 @@ class _Entry:
     end: End | None = None
 
 
-class Disturbances:
+class Disturbances(Brief):
     """The pushes and faults of one simulation. `due` is the next step at which one starts or ends."""
 
     def __init__(
@@ -270,3 +272,6 @@ class Disturbances:
         for entry in later:
             if entry not in over:
                 self._begin(entry)
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self.faults), "fault")

@@ -8,6 +8,7 @@ import reprlib
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kbot.brief import Brief
 from kbot.messages.bus import Bus, Publisher
 from kbot.messages.clock import Clock
 from kbot.messages.program_topics import DRAWN
@@ -59,7 +60,7 @@ Color = str | tuple[float, float, float] | tuple[float, float, float, float]
 """A name in `COLORS`, `#rrggbb`, or red, green, blue and perhaps opacity from 0 to 1."""
 
 
-class Drawings:
+class Drawings(Brief):
     """Drawings by name, in metres in the world's frame. Drawing again under a name replaces its drawing.
 
     Changes are published together at the end of the next step, or by `publish`.

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+
+from kbot.brief import Brief, counted
 
 _CHANGES_OF_THE_WORLD = frozenset({"delete_model", "spawn_model", "spawn_sdf", "spawn_thing"})
 
 
-class Journal:
+class Journal(Brief):
     """Counts each action from outside and passes it to a recorder, after the action."""
 
     def __init__(self) -> None:
@@ -32,3 +34,6 @@ class Journal:
         """Send a report to all listeners."""
         for listener in tuple(self.listeners):
             listener(text)
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self.changes), "change")

@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import os
 import reprlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import count
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
+from kbot.brief import Brief, counted
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
@@ -58,7 +59,7 @@ class _Place(NamedTuple):
     speed: int
 
 
-class Models:
+class Models(Brief):
     """The robots and objects of a running world. Its methods are named after Gazebo's services."""
 
     def __init__(
@@ -510,6 +511,10 @@ class Models:
         )
         if kept:
             self.use(self._engine.assembly.with_welds(kept))
+
+    def _shown(self) -> Iterator[str]:
+        yield from map(repr, self._robots)
+        yield counted(len(self._engine.world.bodies), "body", "bodies")
 
 
 def _is_ground(body: Body) -> bool:

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief, brief, counted
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive
 from kbot.sim.engine.assembly import build_spec
 from kbot.sim.simulation import Simulation
@@ -23,8 +24,8 @@ _DIGITS, _DEFAULT_DIGITS = 17, 6
 """A double needs 17 digits. With MuJoCo's default of 6, a run differs after a few seconds."""
 
 
-@dataclass(frozen=True, eq=False)
-class MujocoModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class MujocoModel(Brief):
     """A robot in a world for MuJoCo.
 
     model      the compiled model, with KBot's contacts, time step and servos
@@ -63,6 +64,11 @@ class MujocoModel:
         data = mujoco.MjData(self.model)
         mujoco.mj_resetDataKeyframe(self.model, data, self.model.key(START).id)
         return data
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(self.model.nbody - 1, "body", "bodies")
+        yield counted(self.model.nu, "actuator")
+        yield f"wheels={brief(list(self.actuators))}"
 
 
 def export(simulation: Simulation) -> MujocoModel:

@@ -16,6 +16,7 @@ from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.model import RobotModel
 from kbot.model.load import load_robot
+from kbot.robot import Robot
 from kbot.sim.drive.settings import DriveSettings, drive_settings
 from kbot.sim.drive.twist_controller import DriveLimits
 from kbot.sim.engine.inertia import drive_with_masses, held_joints
@@ -41,7 +42,7 @@ class Prepared:
     with its drive and controllers.
     """
 
-    robot: RobotModel
+    robot: Robot
     naming: Naming
     drive: DifferentialDrive | NoDrive
     settings: DriveSettings | None
@@ -87,7 +88,7 @@ def prepare(
     place = Transform.from_xyz_rpy((pose.x, pose.y, 0.0), (0.0, 0.0, pose.yaw))
     torque = settings.torque if settings is not None else None
     plan = RobotPlan(name, robot, drive, contacts, place, others=False, torque=torque)
-    return Prepared(robot, naming, drive, settings, control, plan, tuple(findings.diagnostics))
+    return Prepared(Robot.of(robot), naming, drive, settings, control, plan, tuple(findings.diagnostics))
 
 
 def controller_findings(robot: RobotModel) -> tuple[Diagnostic, ...]:
@@ -110,17 +111,17 @@ def check_settings(seed: int, timestep: float, limits: DriveLimits | None, start
         raise KbotError(f"seed must be a whole number of at least 0, not {seed!r}")
 
 
-def read_robot(robot: object) -> RobotModel:
-    """Return a robot model, or load it from a file.
+def read_robot(robot: object) -> Robot:
+    """Return the robot of a model, or load it from a file.
 
     Raises:
         KbotError: `robot` is neither a model nor a file name.
         DescriptionError: the description has errors. It carries all of them.
     """
     if isinstance(robot, RobotModel):
-        return robot
+        return Robot.of(robot)
     if isinstance(robot, str | os.PathLike):
-        return load_robot(robot).require()
+        return Robot.of(load_robot(robot))
     raise KbotError(f"robot must be a file name or the result of kbot.load(FILE), not {reprlib.repr(robot)}")
 
 

@@ -6,6 +6,7 @@ import io
 import threading
 from typing import TextIO
 
+from kbot.brief import Brief
 from kbot.messages.bus import Bus, Publisher
 from kbot.messages.clock import Clock
 from kbot.messages.log import INFO, Log
@@ -16,7 +17,7 @@ LONGEST = 2000
 """Characters of a published line. The terminal shows the whole line."""
 
 
-class PrintedLines:
+class PrintedLines(Brief):
     """The lines of the user's program. The page shows them in its log, and recordings contain them."""
 
     def __init__(self, bus: Bus, clock: Clock) -> None:

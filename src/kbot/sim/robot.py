@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
+from kbot.brief import Brief
 from kbot.kinematics.drive.drive import DifferentialDrive, HolonomicDrive, NoDrive, SteeredDrive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
@@ -27,7 +28,7 @@ from kbot.text import KbotError
 SavedRobot = tuple[SavedDrive | None, int, tuple[int, bool], SavedServos]
 
 
-class SimulatedRobot:
+class SimulatedRobot(Brief):
     """A robot in a simulation: its `body`, its `joints`, and its `wheels` if it can drive."""
 
     def __init__(
@@ -297,3 +298,11 @@ class SimulatedRobot:
         if self.wheels is not None and wheels is not None:
             self.wheels.restore(wheels)
         self.joints.servos.restore(joints)
+
+    def _shown(self) -> Iterator[str]:
+        pose = self.body.ground_truth.pose
+        yield repr(self.name)
+        yield type(self.drive).__name__
+        yield f"x={pose.x:.3g}"
+        yield f"y={pose.y:.3g}"
+        yield f"yaw={pose.yaw:.3g}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Callable, Iterator, Mapping
 
+from kbot.brief import Brief
 from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
 from kbot.sim.command_delivery import CommandDelivery
@@ -25,7 +26,7 @@ class UnknownRobot(KbotError, KeyError):
     __str__ = Exception.__str__  # a KeyError would print the quoted message
 
 
-class Robots(Mapping[str, SimulatedRobot]):
+class Robots(Brief, Mapping[str, SimulatedRobot]):
     """The robots by name, in the order of spawning. The `first` cannot be deleted."""
 
     def __init__(
@@ -139,3 +140,6 @@ class Robots(Mapping[str, SimulatedRobot]):
             self._clock.run_timers(nanoseconds)
             for topics in self._subscribed:
                 topics.publish(self._clock)
+
+    def _shown(self) -> Iterator[str]:
+        yield from map(repr, self)

@@ -16,8 +16,6 @@ _DECIMAL_COMMA = re.compile(r"(?<![\w.,])(\d++),(\d++)(?![\w.]|,\d)")
 def hint_for(error: BaseException, frame: FrameType | None, code: str) -> str:
     """Return what to change, or an empty string. The script raised the error in the frame, at the code."""
     if isinstance(error, AttributeError) and error.name:
-        if error.obj is None and f".latest.{error.name}" in code:
-            return "a sensor's latest is None until its first measurement: call sim.run first"
         # as Python's own prompt suggests
         return _did_you_mean(error.name, _attributes(error.obj))
     if isinstance(error, NameError) and frame is not None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import os
 import reprlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, TypeVar
 
+from kbot.brief import Brief, counted
 from kbot.extensions import LivePage, NotebookView, live_page, notebook
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
@@ -15,6 +16,7 @@ from kbot.messages.bus import Bus
 from kbot.messages.clock import Clock
 from kbot.messages.types import JointState
 from kbot.model import RobotModel
+from kbot.robot import Robot
 from kbot.sim import recipe
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import Disturbances
@@ -53,7 +55,7 @@ class Mountable(Protocol[S_co]):
     def mount(self, simulation: Simulation) -> S_co: ...
 
 
-class Simulation:
+class Simulation(Brief):
     """A robot in a world. More robots can be spawned.
 
     Time advances only in `step` and `run`. The same robot, world, seed and commands give the same bytes. The
@@ -213,7 +215,8 @@ class Simulation:
         self._first.send_twist(linear, angular, None, lateral)
 
     @property
-    def robot(self) -> RobotModel:
+    def robot(self) -> Robot:
+        """The first robot's description, as `kbot.load` returns it."""
         return self._first.robot
 
     @property
@@ -384,6 +387,14 @@ class Simulation:
         """
         view: NotebookView = notebook().show_simulation(self, snapshots, height)
         return view
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self._first.name)
+        if len(self.robots) > 1:
+            yield counted(len(self.robots), "robot")
+        yield f"world={self.world.name!r}"
+        yield f"time={self.time:g}"
+        yield f"seed={self.seed}"
 
 
 def _contacts(contacts: str | Contacts) -> Contacts:

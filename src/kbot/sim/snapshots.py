@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import reprlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief, brief
 from kbot.sim.command_delivery import CommandDelivery
 from kbot.sim.disturbances import BodyWrench, Disturbances
 from kbot.sim.engine.engine import Engine
@@ -27,8 +29,8 @@ _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
 """All that the next step depends on. With MuJoCo's FULLPHYSICS a restored run differs by 2e-12."""
 
 
-@dataclass(frozen=True, eq=False)
-class Snapshot:
+@dataclass(frozen=True, eq=False, repr=False)
+class Snapshot(Brief):
     """A saved state of a simulation.
 
     - `vector`: the engine's state.
@@ -60,8 +62,13 @@ class Snapshot:
         """Bytes in memory, approximately."""
         return int(self.vector.nbytes + self.engine.nbuffer + self.engine.maxuse_arena)
 
+    def _shown(self) -> Iterator[str]:
+        yield f"steps={self.steps}"
+        yield f"robots={brief(list(self.robots))}"
+        yield f"world={self.world.name!r}"
 
-class Snapshots:
+
+class Snapshots(Brief):
     """Saves, restores and resets all parts of one simulation."""
 
     def __init__(

@@ -6,12 +6,13 @@ import math
 import reprlib
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 import mujoco
 import numpy as np
 
+from kbot.brief import Brief, counted
 from kbot.messages.clock import NEVER, Clock
 from kbot.sim import recipe
 from kbot.sim.command_delivery import CommandDelivery
@@ -41,7 +42,7 @@ _ROUNDING = 1e-6
 difference is only a rounding error. In a run of a day, that is at most 1.5e-11 s."""
 
 
-class Stepping:
+class Stepping(Brief):
     """Advances the engine, and updates robots, topics and timers at their steps.
 
     The engine makes many steps in one call. Such a chunk ends where a control period, a timer, a new wheel
@@ -222,3 +223,6 @@ class Stepping:
         descriptions = {name: robot.robot for name, robot in self._robots.items()}
         engine.failure = diverged(engine, descriptions, last, self._inside)
         raise engine.failure
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(self._engine.steps, "step")

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, isfinite, sin
 
+from kbot.brief import Brief
 from kbot.kinematics.angles import FULL_TURN, wrap
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
@@ -14,8 +15,8 @@ UnwrappedPose = tuple[float, float, float]
 """x and y in m, and the yaw in rad with all full turns."""
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+@dataclass(frozen=True, slots=True, repr=False)
+class Motion(Brief):
     """`pose` in the fixed frame and `twist` in the moving frame.
 
     The yaw of the pose is wrapped: above -pi and at most pi, as that of a quaternion on a topic. `turns` are

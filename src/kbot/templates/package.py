@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from kbot.brief import Brief
 from kbot.model.load import load_robot
 from kbot.text import KbotError
 
@@ -108,8 +109,8 @@ def check_name(name: str) -> None:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class NewPackage:
+@dataclass(frozen=True, slots=True, repr=False)
+class NewPackage(Brief):
     """The files that `make_package` added and kept, and the robot of the launch files, as paths in the
     folder."""
 

@@ -1,6 +1,6 @@
 """Reads files, XML and YAML with source positions, and defines the Diagnostic. All packages use it."""
 
-from kbot.lazy_names import lazy_names
+from kbot.lazy_names import lazy_names, public_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -57,3 +57,4 @@ __all__ = [
 
 # imported on first use: start-up time
 __getattr__ = lazy_names(__name__, _HOMES)
+__dir__ = public_names(__all__)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from kbot.brief import Brief, brief
 from kbot.text.span import Origin, Span
 
 TYPE_CHECKING = False
@@ -29,16 +31,16 @@ class Severity(StrEnum):
     INFO = "info"
 
 
-@dataclass(frozen=True, slots=True)
-class Edit:
+@dataclass(frozen=True, slots=True, repr=False)
+class Edit(Brief):
     """A change of a source: it replaces the text of a span."""
 
     span: Span
     replacement: str
 
 
-@dataclass(frozen=True, slots=True)
-class Fix:
+@dataclass(frozen=True, slots=True, repr=False)
+class Fix(Brief):
     """Edits that fix a finding. A safe fix never changes what the author meant."""
 
     title: str
@@ -46,8 +48,8 @@ class Fix:
     safe: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Related:
+@dataclass(frozen=True, slots=True, repr=False)
+class Related(Brief):
     """Another place that a finding refers to.
 
     `is_in_message`: the finding's message already contains or counts this place, so that the text output
@@ -59,8 +61,8 @@ class Related:
     is_in_message: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+@dataclass(frozen=True, slots=True, repr=False)
+class Diagnostic(Brief):
     """One finding: what is wrong, where it is, and what to do.
 
     `code` is stable and never reused for something else. `origin` is None only if no text is involved. `hint`
@@ -84,6 +86,13 @@ class Diagnostic:
     def __str__(self) -> str:
         where = f"{self.origin}: " if self.origin else ""
         return f"{where}{self.severity}: {self.message} [{self.code}]"
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.code)
+        yield repr(str(self.severity))
+        yield brief(self.message)
+        if self.origin is not None:
+            yield str(self.origin)
 
 
 def one_per_cause(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+from kbot.brief import Brief, counted
 from kbot.text.diagnostic import Diagnostic, Severity
 from kbot.text.errors import DescriptionError
 from kbot.text.span import Origin
 
 
-class DiagnosticCollector:
+class DiagnosticCollector(Brief):
     """Collects diagnostics in the list `diagnostics`."""
 
     def __init__(self) -> None:
@@ -28,3 +31,6 @@ class DiagnosticCollector:
         """Raise DescriptionError with all diagnostics if one of them is an error."""
         if any(d.is_error for d in self.diagnostics):
             raise DescriptionError(self.diagnostics)
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self.diagnostics), "diagnostic")

@@ -6,13 +6,15 @@ from bisect import bisect_right
 from functools import cached_property, lru_cache
 from itertools import accumulate
 
+from kbot.brief import Brief
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Literal
 
 
-class Source:
+class Source(Brief):
     """A text and its path.
 
     Offsets are in bytes of the UTF-8 encoding, as the XML parser counts them. Lines and columns are 1-based,
@@ -99,7 +101,7 @@ def _line(source: Source, number: int) -> str:
     return data[starts[number - 1] : end].decode("utf-8", "replace").rstrip("\r\n")
 
 
-class Span:
+class Span(Brief):
     """A part of a source: the byte offsets from `start` to `end`, exclusive. Do not change an instance.
 
     This class and the next two are not dataclasses. Every macro call creates some, and importing dataclasses
@@ -185,7 +187,7 @@ class Call:
             call = call.caller
 
 
-class Origin:
+class Origin(Brief):
     """The span where something was written, and the call that led there. Do not change an instance."""
 
     __slots__ = ("call", "span")

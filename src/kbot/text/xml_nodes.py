@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
+from kbot.brief import Brief
 from kbot.text.span import Call, Origin, Source, Span
 
 TYPE_CHECKING = False
@@ -23,7 +24,7 @@ _ATTRIBUTE = re.compile(rb"""\s([^\s=/>"']+)\s*=\s*("[^"]*"|'[^']*')""")
 _TAG = re.compile(rb"""<[^<>"']*(?:"[^"]*"[^<>"']*|'[^']*'[^<>"']*)*>""")
 
 
-class Text:
+class Text(Brief):
     """Character data between tags. `end` is the start of the next markup."""
 
     __slots__ = ("_after", "call", "end", "inputs", "source", "value")
@@ -32,6 +33,9 @@ class Text:
         self.value, self.source, self._after, self.end, self.call = value, source, after, end, call
         self.inputs: tuple[Any, ...] = ()  # Any: bindings of xacro, which this package cannot import
         """The bindings that an evaluated text was computed from."""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.value if len(self.value) <= 60 else f'{self.value[:59]}…'!r})"
 
     @property
     def start(self) -> int:
@@ -69,7 +73,7 @@ class Instruction(CData):
     __slots__ = ()
 
 
-class Element:
+class Element(Brief):
     """An element: its name as written, attributes in order, children, and origin."""
 
     __slots__ = (

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from kbot.brief import Brief, brief, counted
 from kbot.text import Diagnostic
 from kbot.text.diagnostic import Related
 from kbot.trials.scans import Scans
@@ -60,8 +61,8 @@ class MeasureResult:
         }
 
 
-@dataclass(frozen=True)
-class TrialResult:
+@dataclass(frozen=True, repr=False)
+class TrialResult(Brief):
     """The result of one scenario with one seed.
 
     error             why the scenario could not run, or ended early; empty if it ran
@@ -130,6 +131,12 @@ class TrialResult:
             "measures": [measure.to_json() for measure in self.measures],
             "state_sha256": self.state_sha256,
         }
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.name)
+        yield f"seed={self.seed}"
+        yield "passed" if self.passed else f"failed: {brief(self.reason)}"
+        yield counted(len(self.measures), "measure")
 
 
 def to_json(results: Sequence[TrialResult]) -> dict[str, object]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.sim.numbers import FURTHEST, LONGEST, positive, vector
 from kbot.text import KbotError
@@ -98,8 +99,8 @@ class Program:
     time_limit: float = 10.0
 
 
-@dataclass(frozen=True)
-class Scenario:
+@dataclass(frozen=True, repr=False)
+class Scenario(Brief):
     """What is tried.
 
     name         name of the scenario

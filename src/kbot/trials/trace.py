@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief, counted
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.sim import Simulation
 from kbot.sim.collisions import Collisions
@@ -37,8 +38,8 @@ class Event:
     kind: str = "step"
 
 
-@dataclass(frozen=True)
-class Trace:
+@dataclass(frozen=True, repr=False)
+class Trace(Brief):
     """The quantities of a run over time.
 
     columns         values by name of the quantity, (n,) each, in the units of `QUANTITIES`
@@ -71,6 +72,11 @@ class Trace:
         table = np.column_stack([self[name] for name in quantities])
         diverged = np.flatnonzero(~np.isfinite(table).all(axis=1))
         return table[: diverged[0]] if len(diverged) else table
+
+    def _shown(self) -> Iterator[str]:
+        yield counted(len(self), "sample")
+        yield f"{float(self['time'][-1]) if len(self) else 0.0:g} s"
+        yield counted(len(self.columns), "quantity", "quantities")
 
 
 class Sampler:

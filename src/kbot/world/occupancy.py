@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import navigation as nav
 from kbot.messages import types as msg
@@ -25,8 +26,8 @@ MOST_CELLS = 100_000_000
 """Most cells of a grid. More are likely an error in the resolution."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OccupancyGrid:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class OccupancyGrid(Brief):
     """An occupancy grid.
 
     `cells` (rows along y, columns along x; int8) are from 0 (free) to 100 (occupied), or -1 (unknown).

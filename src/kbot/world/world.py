@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief, counted
 from kbot.kinematics.spatial import GRAVITY
 from kbot.kinematics.transform import Transform
 from kbot.model.primitives import Box as Box
@@ -41,8 +43,8 @@ class Ellipsoid:
     radii: tuple[float, float, float]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TriangleMesh:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class TriangleMesh(Brief):
     """Triangles: `vertices` (n, 3) in metres, `faces` (m, 3) indices. It collides as its convex hull.
 
     A mesh that `is_piece` is a convex piece of another one: its vertices differ, and it has a volume.
@@ -53,8 +55,8 @@ class TriangleMesh:
     is_piece: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeightField:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class HeightField(Brief):
     """Heights (rows along y, columns along x) in metres above the pose's z = 0, over `size` (x, y)."""
 
     heights: NDArray[np.float64]
@@ -64,8 +66,8 @@ class HeightField:
 Shape = Plane | Box | Cylinder | Sphere | Capsule | Ellipsoid | TriangleMesh | HeightField
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+@dataclass(frozen=True, slots=True, repr=False)
+class Part(Brief):
     """One shape of a body, with its pose in the body, its colour and its contact properties.
 
     Robots drive on `ground` parts. Others are obstacles, which a drive wheel touches with its own shape
@@ -83,8 +85,8 @@ class Part:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Body:
+@dataclass(frozen=True, slots=True, repr=False)
+class Body(Brief):
     """Parts that move together. `mass` is in kg, and None for a static body.
 
     A body moves freely, or as its `joint` allows. Bodies of one `model` do not collide with each other.
@@ -114,9 +116,14 @@ class Body:
         """The name of its model. A body that is not part of a model is its own model."""
         return self.name.partition("::")[0]
 
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.name)
+        yield counted(len(self.parts), "part")
+        yield "static" if self.mass is None else f"{self.mass:g} kg"
 
-@dataclass(frozen=True, slots=True)
-class World:
+
+@dataclass(frozen=True, slots=True, repr=False)
+class World(Brief):
     """A world. Each of its bodies comes after its parent. Gravity is in m/s^2.
 
     `diagnostics` are the findings from reading it. `origin` is its place in a file, if it is from one.
@@ -129,3 +136,9 @@ class World:
     loops: tuple[Loop, ...] = ()
     georeference: Georeference | None = None
     origin: Origin | None = None
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.name)
+        yield counted(len(self.bodies), "body", "bodies")
+        if self.origin is not None:
+            yield repr(self.origin.span.source.path)

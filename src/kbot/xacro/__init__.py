@@ -1,6 +1,6 @@
 """Expands xacro descriptions to URDF documents with a source map."""
 
-from kbot.lazy_names import lazy_names
+from kbot.lazy_names import lazy_names, public_names
 from kbot.xacro.engine import clear_cache, expand, expand_text
 from kbot.xacro.limits import Limits
 from kbot.xacro.result import Expansion
@@ -23,3 +23,4 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__, {"AmbiguousPackage": "packages", "PackageNotFound": "packages", "Packages": "packages"}
 )
+__dir__ = public_names(__all__)

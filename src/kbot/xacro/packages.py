@@ -21,6 +21,7 @@ from functools import cache
 from itertools import takewhile
 from pathlib import Path
 
+from kbot.brief import Brief
 from kbot.text.errors import KbotError
 from kbot.text.files import from_file_uri, read_bytes
 from kbot.text.installed import find_file
@@ -90,7 +91,7 @@ class AmbiguousPackage(PackageError):
         super().__init__(name, f"several packages are named '{name}': {', '.join(places)}", _CHOOSE)
 
 
-class Packages:
+class Packages(Brief):
     """Finds packages, and caches the results for the life of the object.
 
     `paths` are package folders, folders of packages, or install prefixes. `around` is the file or folder

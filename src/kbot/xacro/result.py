@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
+from kbot.brief import Brief
 from kbot.text.errors import DescriptionError
 from kbot.text.xml import Element, Text, XmlDocument
 from kbot.xacro.names import KNOWN
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from kbot.xacro.values import Value
 
 
-class Expansion:
+class Expansion(Brief):
     """The result of expanding one description. Do not change it.
 
     document      the root element, or None if the file could not be read; after errors it contains what

@@ -166,7 +166,9 @@ def test_a_user_controller_drives_the_robot(robot):
     assert math.hypot(pose.x - 1, pose.y - 1) < 0.15
 
 
-def test_goals_and_timeouts_that_are_not_finite_are_errors(robot):
+def test_what_is_not_a_goal_or_a_timeout_is_an_error(robot):
+    with pytest.raises(KbotError, match=r"^a goal must be a PlanarPose\(x, y, yaw\) .*, not \(1, 0\)$"):
+        go_to(Simulation(robot), (1, 0))
     with pytest.raises(KbotError, match="finite"):
         go_to(Simulation(robot), PlanarPose(math.nan, 0))
     with pytest.raises(KbotError, match="timeout"):

@@ -20,6 +20,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief, brief
 from kbot.kinematics.drive.declared import (
     DeclaredDrive,
     Holonomic,
@@ -63,8 +64,8 @@ _NOMINAL = 0.05
 """Radius in m of what carries a base without round wheels. It only scales the page's speed and tolerances."""
 
 
-@dataclass(frozen=True, slots=True)
-class DifferentialDrive:
+@dataclass(frozen=True, slots=True, repr=False)
+class DifferentialDrive(Brief):
     """Two sides of equal wheels on parallel axles.
 
     left, right   the driving joints, front to rear, on the sides that the plugin or controller names, or else
@@ -169,8 +170,14 @@ class DifferentialDrive:
             pose, left * self.radius, right * self.radius, self.separation, self.axle_in_base_planar
         )
 
+    def _shown(self) -> Iterator[str]:
+        yield f"left={brief(self.left)}"
+        yield f"right={brief(self.right)}"
+        yield f"radius={self.radius:g}"
+        yield f"separation={self.separation:g}"
 
-@dataclass(frozen=True, slots=True)
+
+@dataclass(frozen=True, slots=True, repr=False)
 class SteeredDrive(DifferentialDrive):
     """A base with wheels that steer.
 
@@ -233,7 +240,7 @@ class SteeredDrive(DifferentialDrive):
         return replace(self, radius=radius, separation=separation, modules=modules, sharpest=curvature)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class HolonomicDrive(DifferentialDrive):
     """A base that drives forwards and sideways and turns, all at once. It does not have two sides.
 

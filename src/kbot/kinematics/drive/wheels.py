@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.drive.part_names import CASTER, WHEEL, mirrored_name, side_of
 from kbot.kinematics.frames import FrameTree, unit_axis
 from kbot.kinematics.transform import Transform
@@ -49,8 +50,8 @@ _ROUND = 0.03
 """Share of its radius by which the outline of a round mesh may differ between directions."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Wheel:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Wheel(Brief):
     """The wheel on a joint.
 
     center  (3,) in m in the frame of the base, for `kbot check` in that of the root
@@ -77,6 +78,11 @@ class Wheel:
     def bottom(self) -> float:
         """Height of the lowest point, m."""
         return float(self.center[2]) - self.radius
+
+    def _shown(self) -> Iterator[str]:
+        yield f"joint={self.joint.name!r}"
+        yield f"radius={self.radius:g}"
+        yield f"width={self.width:g}"
 
 
 @dataclass(frozen=True, slots=True)

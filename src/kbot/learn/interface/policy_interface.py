@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kbot.brief import Brief
 from kbot.learn.interface.targets import TARGET_FIELDS, Field, Target
 from kbot.messages import Twist, Vector3
 from kbot.navigation.controller import Observation
@@ -95,8 +96,8 @@ class Sectors:
         return found
 
 
-@dataclass(frozen=True)
-class PolicyInterface:
+@dataclass(frozen=True, repr=False)
+class PolicyInterface(Brief):
     """What a policy sees and commands, and how often.
 
     target   `goal` or `path`: where the policy drives

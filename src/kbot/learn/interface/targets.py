@@ -8,6 +8,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.path import Path
 from kbot.text import KbotError
@@ -96,7 +97,7 @@ class GoalTarget:
         return [math.hypot(ahead, left), math.cos(bearing), math.sin(bearing)]
 
 
-class PathTarget:
+class PathTarget(Brief):
     """A path in the map. It remembers the place that the robot has reached, which never moves back."""
 
     kind = "path"

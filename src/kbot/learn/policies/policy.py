@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.learn.interface.policy_interface import PolicyInterface, Vector
 from kbot.learn.interface.targets import GoalTarget
@@ -46,8 +47,8 @@ _network = lru_cache(maxsize=8)(read_network)
 """Checked networks by their bytes: the check takes a second, and every run of a trial reads the file."""
 
 
-@dataclass(frozen=True, slots=True)
-class Policy:
+@dataclass(frozen=True, slots=True, repr=False)
+class Policy(Brief):
     """A network, and what its numbers mean.
 
     network    is called with the vector that the interface describes
@@ -145,7 +146,7 @@ def save_policy(network: bytes, interface: PolicyInterface, file: str | os.PathL
     return policy
 
 
-class PolicyController:
+class PolicyController(Brief):
     """Drives to a goal with a policy. It is a `Controller`, so `Pilot` and `NodePilot` drive robots with it.
 
     `status` is the state of the goal. The robot stands still before and after it. The policy computes

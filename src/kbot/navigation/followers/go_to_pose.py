@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from kbot.brief import Brief
 from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
@@ -18,7 +19,7 @@ _BEHIND = math.radians(120)
 between ahead and behind."""
 
 
-class GoToPose:
+class GoToPose(Brief):
     """Drives to a pose. `is_done` is True once the robot has reached it, and the robot then stands still."""
 
     def __init__(

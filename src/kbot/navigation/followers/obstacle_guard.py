@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose, arc
 from kbot.messages import Twist, Vector3
 from kbot.navigation.controller import STILL, Controller, Observation, required_rate, top_speeds
@@ -20,7 +21,7 @@ _REACTION = 0.2
 """Seconds that the checked time exceeds the time to brake."""
 
 
-class ObstacleGuard:
+class ObstacleGuard(Brief):
     """Wraps a controller, and slows or stops the robot if its arc leads into an obstacle.
 
     `blocked_since` is the time since which it stops the robot, and `silent_since` the time since which the

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from kbot.brief import Brief
 from kbot.kinematics.angles import wrap
 from kbot.messages import Twist
 from kbot.navigation.controller import GENTLE, STILL, ControllerLimits, Observation, same_side, twist
@@ -24,7 +25,7 @@ _AIMED = math.radians(10)
 """The bearing at which it drives again. It is smaller, so that the robot does not alternate between both."""
 
 
-class PurePursuit:
+class PurePursuit(Brief):
     """Follows a path at constant speed, then turns to the path's last heading. `is_done` is then True."""
 
     def __init__(self, path: Path, limits: ControllerLimits = GENTLE, lookahead: float = 0.15) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
+from kbot.brief import Brief, brief, counted
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.goal_status import GoalReport
 from kbot.navigation.goals.goal_navigation import Driver, GoalNavigation
@@ -16,7 +17,7 @@ from kbot.text import KbotError
 from kbot.world.occupancy import FREE_BELOW, OccupancyGrid
 
 
-class Goals:
+class Goals(Brief):
     """Drives a simulation's robot to one goal at a time.
 
     `status` is the state of the last goal, and `path` its path. The commands are journalled like all other
@@ -168,3 +169,7 @@ class Goals:
             self._reported = now
             for changed in tuple(self._watchers):
                 changed()
+
+    def _shown(self) -> Iterator[str]:
+        yield brief(self._simulation)
+        yield counted(self.count, "goal")

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Literal
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
 from kbot.navigation.controller import STILL, Observation
@@ -29,7 +30,7 @@ FAULTS = Complaints(logging.getLogger(__name__))
 """Reports maps that fail. Every goal makes a map, so a crash file for each failure would be too many."""
 
 
-class WithMap:
+class WithMap(Brief):
     """Plans on a map, and stops before obstacles that the robot's lidar detects.
 
     The map of the world and the planner's tables are made for the first goal, and the robot's lidar is then

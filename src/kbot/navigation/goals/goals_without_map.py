@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.controller import GENTLE
 from kbot.navigation.goal_status import GoalReport
@@ -17,7 +18,7 @@ from kbot.sim import Simulation
 from kbot.world.occupancy import OccupancyGrid
 
 
-class WithoutMap:
+class WithoutMap(Brief):
     """Drives with lidars, wheel odometry and IMU.
 
     The robot's pose at the first goal is its start pose. The estimate then continues from goal to goal. If

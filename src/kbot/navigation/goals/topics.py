@@ -3,6 +3,7 @@ rviz."""
 
 from __future__ import annotations
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
 from kbot.messages import Header, String, Twist, TwistStamped
@@ -40,7 +41,7 @@ TOPICS = frozenset(
 )
 
 
-class NavigationTopics:
+class NavigationTopics(Brief):
     """Subscribes to goals and publishes the navigation's path, map and state.
 
     It receives goals by the action `move_base`. A PoseStamped on `goal_pose` or `move_base_simple/goal`

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.path import Path
 from kbot.navigation.planning.jump_point_search import Cell, Cells, JumpPointSearch
@@ -33,7 +34,7 @@ _NARROW = (Refusal.GOAL_BLOCKED, Refusal.GOAL_TOO_NEAR, Refusal.START_BLOCKED, R
 """Refusals that a map with smaller cells may lift."""
 
 
-class GridPlanner:
+class GridPlanner(Brief):
     """Plans paths over one grid for a robot of one radius. The first plan makes tables that later ones
     use."""
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.drive.drive import DifferentialDrive
 from kbot.messages.sensing import LaserScan
 from kbot.navigation.lidar_view import LidarView
@@ -52,7 +53,7 @@ def lidar_view(lidar: LidarSensor) -> LidarView:
     return LidarView.of_beams(spec.angle_min, spec.angle_max, spec.range_max, base_from_lidar(lidar))
 
 
-class LidarPoints:
+class LidarPoints(Brief):
     """Returns the points of a lidar's last scan, in the frame of its robot's base, and the scan's time.
 
     `view` is what the lidar sees of the surroundings."""
@@ -66,9 +67,9 @@ class LidarPoints:
         self._scan: LaserScan | None = None
 
     def __call__(self) -> tuple[NDArray[np.float64] | None, float]:
-        scan = self._lidar.latest
-        if scan is None:
+        if not self._lidar.has_reading:
             return None, -math.inf
+        scan = self._lidar.latest
         if scan is not self._scan:  # after a reset, scans have the same stamps again
             self._points, self._scan = scan_points(scan, self._base_from_sensor), scan
         return self._points, scan.header.stamp.seconds

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.navigation.controller import Controller, Observation, require_rate
 from kbot.navigation.simulated.fall import describe_fall
 from kbot.navigation.simulated.lidars import LidarPoints
@@ -30,7 +31,7 @@ def require_pose_source(pose: object) -> None:
         raise KbotError(f"pose must be 'ground_truth' or 'odometry', not {pose!r}")
 
 
-class Pilot:
+class Pilot(Brief):
     """Lets a controller drive a simulation's robot until it is closed.
 
     The controller gets the true pose, as from a perfect localisation, or the pose from odometry."""

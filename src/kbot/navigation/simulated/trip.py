@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from kbot.brief import Brief
 from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.navigation.goal_status import GoalReport, GoalState
@@ -16,8 +17,8 @@ from kbot.sim import Simulation
 from kbot.sim.report import Odometer
 
 
-@dataclass(frozen=True, slots=True)
-class Trip:
+@dataclass(frozen=True, slots=True, repr=False)
+class Trip(Brief):
     """How a goal ended; metres and seconds.
 
     status          the final state of the goal, with the reason

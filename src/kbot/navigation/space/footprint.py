@@ -11,6 +11,7 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.frames import FrameTree
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.kinematics.transform import Transform
@@ -27,8 +28,8 @@ _RASTER = 60
 """Points along each side of the outline's box at which the share is measured."""
 
 
-@dataclass(frozen=True, eq=False)
-class Outline:
+@dataclass(frozen=True, eq=False, repr=False)
+class Outline(Brief):
     """The outline of a robot seen from above, grown by `margin`, in m in the base's frame.
 
     corners  the convex outline (n, 2), counter-clockwise

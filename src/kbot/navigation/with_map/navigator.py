@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from itertools import product
 
+from kbot.brief import Brief
 from kbot.kinematics.angles import wrap
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.messages import Twist
@@ -81,7 +82,7 @@ class _Run:
     """The point of the base's frame that follows the path."""
 
 
-class Navigator:
+class Navigator(Brief):
     """A controller that drives to goals. `status` is the state of the current goal, and `path` its path."""
 
     def __init__(

@@ -6,10 +6,11 @@ import atexit
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any, TypeVar
 
+from kbot.brief import Brief, brief
 from kbot.messages import Bus, Clock, ClockMessage, Publisher, Subscription, Timer
 from kbot.record.feed import Feed
 from kbot.ros.bridges.link import PeerLink
@@ -37,7 +38,7 @@ class _WallClockLive:
         self.paused = False
 
 
-class Node:
+class Node(Brief):
     """A node of the ROS graph, for a user's program.
 
         node = kbot.Node("guard")
@@ -264,6 +265,12 @@ class Node:
             clock.advance_to(now)
         else:
             clock.set(now)
+
+    def _shown(self) -> Iterator[str]:
+        yield repr(self.name)
+        yield f"publishes {brief(list(self._publishers))}"
+        if self._is_closed:
+            yield "closed"
 
 
 def _print(text: str) -> None:

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief
 from kbot.kinematics.planar_pose import PlanarPose, PlanarTwist
 from kbot.kinematics.transform import Transform
 from kbot.learn.policies.speed_finding import speed_finding
@@ -34,7 +35,7 @@ RATE = 20.0
 """Hz. Updates of a controller that requires no rate, and the fewest of others."""
 
 
-class NodePilot:
+class NodePilot(Brief):
     """Subscribes to `odom` and `scan`, and publishes the controller's commands on `cmd_vel`.
 
     It accepts the same controllers as `Pilot`. The pose that the controller gets is that of the odometry. If

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from kbot.brief import Brief, counted
 from kbot.sim.engine.assembly import Assembly
 from kbot.sim.engine.world_builder import moving_bodies
 from kbot.sim.numbers import FURTHEST
@@ -13,7 +16,7 @@ from kbot.text import DescriptionError, KbotError
 from kbot.world import World
 
 
-class Engine:
+class Engine(Brief):
     """MuJoCo's `model` and `data` of the current assembly, after `steps` steps."""
 
     def __init__(self, assembly: Assembly) -> None:
@@ -82,3 +85,7 @@ class Engine:
         """Raises KbotError: the run has failed and needs a reset."""
         if self.has_failed:
             raise KbotError("the run has diverged: reset it first")
+
+    def _shown(self) -> Iterator[str]:
+        yield f"{self.time:g} s"
+        yield counted(self.model.nbody - 1, "body", "bodies")
