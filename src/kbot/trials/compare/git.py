@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -153,7 +153,7 @@ def extract(repository: Repository, commit: str, folder: str) -> list[str]:
     return [path for path, _ in (*files, *links)]
 
 
-def _entries(repository: Repository, commit: str) -> Iterator[bytes]:
+def _entries(repository: Repository, commit: str) -> Generator[bytes, None, None]:
     """The files and folders of a commit, as git lists them: `MODE TYPE NAME SIZE<tab>PATH`.
 
     Folders are listed too, because a repository can have any number of folders without a file.
