@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from dataclasses import replace
 from datetime import UTC, datetime
 from xml.etree import ElementTree
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from kbot.text import Diagnostic, Severity
 from kbot.trials.reports.grades import grades
+from kbot.trials.reports.html import html_report
 from kbot.trials.reports.junit import junit
 from kbot.trials.reports.table import summary, table
 from kbot.trials.results import MeasureResult, TrialResult
@@ -105,3 +109,29 @@ def test_grades_have_a_row_for_each_robot() -> None:
         ["ann", "kbot", "1", "1", "0.50", "pass", "contacts is 1, above 0 (wall)", ""],
         ["'=cmd()", "", "0", "1", "0.00", "", "", BROKEN.error],
     ]
+
+
+TEXTS = st.text(
+    st.one_of(
+        st.characters(exclude_categories=()),
+        st.sampled_from("]><&'\"\0\x01\x1b\x85\r\n\ud800\udcff\ufffe\uffff"),
+    ),
+    max_size=12,
+)
+
+
+@given(name=TEXTS, error=TEXTS, robot=TEXTS, recording=TEXTS, measure=TEXTS, message=TEXTS)
+def test_junit_and_the_page_take_any_text(
+    name: str, error: str, robot: str, recording: str, measure: str, message: str
+) -> None:
+    result = TrialResult(
+        name, 0, (MeasureResult(measure, 1.0, "", None, 0.0, "wall"),), error=error, robot=robot,
+        recording=recording, findings=(Diagnostic("W301", Severity.WARNING, message),),
+    )  # fmt: skip
+    root = ElementTree.fromstring(junit([result], datetime.now(UTC)).encode("utf-8"))
+    assert len(root.findall("./testsuite/testcase")) == 1
+    page = html_report([result], name).encode("utf-8").decode("utf-8")
+    assert not re.search(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", page)
+    # only KBot's own elements: none that the texts contain
+    tags = set(re.findall(r"<([a-z]\w*)", page))
+    assert tags <= set(re.findall(r"<([a-z]\w*)", html_report([replace(result, name="x")], "x")))

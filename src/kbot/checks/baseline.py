@@ -15,7 +15,6 @@ from pathlib import Path
 from kbot.text import Diagnostic, KbotError, write_text
 from kbot.text.files import read_text
 from kbot.text.json_text import parse_json
-from kbot.text.render import encodable
 
 _VERSION = 1
 _HOW = ": write a new baseline with --write-baseline to another file"
@@ -46,8 +45,9 @@ def write_baseline(path: str, found: Sequence[Diagnostic]) -> None:
         {"code": code, "file": file, "message": message, "count": count}
         for (code, file, message), count in sorted(counts.items())
     ]
-    text = json.dumps({"version": _VERSION, "findings": known}, indent=2, ensure_ascii=False)
-    write_text(path, encodable(text) + "\n")  # JSON has the escapes that replace what UTF-8 does not have
+    write_text(
+        path, json.dumps({"version": _VERSION, "findings": known}, indent=2, ensure_ascii=False) + "\n"
+    )
 
 
 def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:

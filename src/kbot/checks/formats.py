@@ -11,6 +11,8 @@ from xml.etree import ElementTree
 
 from kbot.checks.registry import all_rules
 from kbot.text import Diagnostic, Origin, Severity, Span
+from kbot.text.render import encodable
+from kbot.text.xml_text import xml_document
 
 _LEVEL = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "note"}
 _GITHUB = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.INFO: "notice"}
@@ -53,7 +55,7 @@ def _result(diagnostic: Diagnostic, index: int) -> dict[str, object]:
         "ruleId": diagnostic.code,
         "ruleIndex": index,
         "level": _LEVEL[diagnostic.severity],
-        "message": {"text": text},
+        "message": {"text": encodable(text)},
     }
     origin = diagnostic.origin
     if origin is None:
@@ -82,10 +84,10 @@ def _fix(diagnostic: Diagnostic) -> dict[str, object]:
     fix = diagnostic.fix
     for edit in fix.edits if fix else ():
         edits[edit.span.file].append(
-            {"deletedRegion": _region(edit.span), "insertedContent": {"text": edit.replacement}}
+            {"deletedRegion": _region(edit.span), "insertedContent": {"text": encodable(edit.replacement)}}
         )
     changes = [{"artifactLocation": {"uri": _uri(f)}, "replacements": r} for f, r in edits.items()]
-    return {"description": {"text": fix.title if fix else ""}, "artifactChanges": changes}
+    return {"description": {"text": encodable(fix.title) if fix else ""}, "artifactChanges": changes}
 
 
 def _location(span: Span, message: str = "") -> dict[str, object]:
@@ -93,7 +95,7 @@ def _location(span: Span, message: str = "") -> dict[str, object]:
         "physicalLocation": {"artifactLocation": {"uri": _uri(span.file)}, "region": _region(span)}
     }
     if message:
-        location["message"] = {"text": message}
+        location["message"] = {"text": encodable(message)}
     return location
 
 
@@ -141,6 +143,9 @@ def github(found: Sequence[Diagnostic]) -> str:
 
 
 def _data(text: str) -> str:
+    """A text of one line. A line end would begin another command, so it is escaped, as GitHub defines, and
+    so are all other characters that a terminal does not print."""
+    text = "".join(c if c.isprintable() or c in "\r\n" else ascii(c)[1:-1] for c in text)
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
@@ -165,12 +170,6 @@ def junit(found: Sequence[Diagnostic], files: Sequence[str]) -> str:
         for d in diagnostics:
             line = d.origin.span.line if d.origin else 0
             case = ElementTree.SubElement(suite, "testcase", name=f"{d.code} line {line}", classname=name)
-            failure = ElementTree.SubElement(case, "failure", type=d.code, message=_printable(d.message))
-            failure.text = _printable(f"{d}\n{d.hint}".strip())
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
-
-
-def _printable(text: str) -> str:
-    """Replace control characters, which XML does not allow."""
-    return "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text)
+            failure = ElementTree.SubElement(case, "failure", type=d.code, message=d.message)
+            failure.text = f"{d}\n{d.hint}".strip()
+    return xml_document(root)

@@ -22,7 +22,6 @@ from kbot.cli.output import print_json, unwritten_reported
 from kbot.cli.progress import busy
 from kbot.text.errors import KbotError
 from kbot.text.files import write_bytes, write_text
-from kbot.text.render import encodable
 
 if TYPE_CHECKING:
     from kbot.model import RobotModel
@@ -113,7 +112,7 @@ def command(
         else:
             click.echo(to_text(comparison, all_rows=verbose))
         if markdown is not None:  # after the result, which is not lost if the file cannot be written
-            write_text(markdown, encodable(to_markdown(comparison)))
+            write_text(markdown, to_markdown(comparison))
         if pair is not None and film is not None:
             with unwritten_reported(film):
                 _film(pair, comparison, film)

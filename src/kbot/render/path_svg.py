@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kbot.render.plot import round_ticks
+from kbot.text.xml_text import escaped
 
 WIDTH, LOWEST, HIGHEST = 560, 220, 560
 """Size of the plane in pixels: its width, and its height at least and at most."""
@@ -102,7 +102,7 @@ def path_svg(picture: PathPicture) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{_LEFT + WIDTH + _RIGHT}"'
         f' height="{_TOP + height + _BOTTOM}" viewBox="{whole}" role="img" font-family="sans-serif"'
         ' font-size="12" fill="currentColor">',
-        f"<title>{escape(picture.title)}</title>",
+        f"<title>{escaped(picture.title)}</title>",
         f'<rect width="{WIDTH}" height="{height}" fill="var(--picture)"/>',
         # nested, so that it cuts off what is outside of the plane
         f'<svg width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}">',
@@ -114,13 +114,13 @@ def path_svg(picture: PathPicture) -> str:
     for at in rows:
         parts.append(f'<path stroke="{_line(at)}" d="M0 {y(at):.1f}H{WIDTH}"/>')
     for area in picture.areas:
-        name = f"<title>{escape(area.name)}</title>" if area.name else ""
+        name = f"<title>{escaped(area.name)}</title>" if area.name else ""
         parts.append(f'<polygon {_AREAS[area.look]} points="{pixels(area.corners)}">{name}</polygon>')
     for circle in picture.circles:
         parts.append(
             f'<circle cx="{x(circle.x):.1f}" cy="{y(circle.y):.1f}" r="{max(4.0, circle.radius * scale):.1f}"'
             ' fill="var(--selected)" fill-opacity="0.18" stroke="var(--selected)" stroke-width="1.5">'
-            f"<title>{escape(circle.name)}</title></circle>"
+            f"<title>{escaped(circle.name)}</title></circle>"
             f'<path stroke="var(--selected)" stroke-width="1.5" d="M{x(circle.x) - 4:.1f} {y(circle.y):.1f}h8'
             f'm-4 -4v8"/>'
         )

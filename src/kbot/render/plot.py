@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from xml.sax.saxutils import escape, quoteattr
 
 from kbot.render.palette import Theme
+from kbot.text.xml_text import escaped
 
 MARGIN_LEFT, MARGIN_RIGHT, MARGIN_BOTTOM = 64, 16, 40
 LEGEND_LINE = 20
@@ -88,7 +88,7 @@ def plot_svg(
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
         f' viewBox="0 0 {width} {height}" role="img" font-family="sans-serif" font-size="12" fill="{ink}">',
-        f"<title>{escape(title)} against time</title>",
+        f"<title>{escaped(title)} against time</title>",
         f'<rect width="100%" height="100%" fill="{paper}"/>',
     ]
     for tick in round_ticks(low_x, high_x, inner_width / PIXELS_A_TICK):
@@ -112,12 +112,12 @@ def plot_svg(
         row, column = divmod(number, columns)
         legend_x, legend_y = MARGIN_LEFT + column * 220, 14 + row * LEGEND_LINE
         parts.append(f'<path {style} stroke-width="2" d="M{legend_x} {legend_y}h18"/>')
-        parts.append(f'<text x="{legend_x + 24}" y="{legend_y}" dy="0.35em">{escape(curve.label)}</text>')
+        parts.append(f'<text x="{legend_x + 24}" y="{legend_y}" dy="0.35em">{escaped(curve.label)}</text>')
         path = _path(
             [(t, x(t), None if v is None else y(v)) for t, v in zip(time, curve.values, strict=True)]
         )
         # names must be unique in a page, which may contain several plots
-        name = "" if theme is None else f"id={quoteattr(curve.label)} "
+        name = "" if theme is None else f'id="{escaped(curve.label)}" '
         parts.append(
             f'<path {name}{style} fill="none" stroke-width="1.5" stroke-linejoin="round" d="{path}"/>'
         )
@@ -150,7 +150,7 @@ def _drawn_bound(
         f' height="{last_y - first_y:.1f}" fill="{colour}" fill-opacity="0.09"/>',
         f'<path stroke="{colour}" stroke-width="1.5" stroke-dasharray="6 4" d="{line}"/>',
         f'<text x="{label_x:.1f}" y="{label_y:.1f}" text-anchor="{anchor}" fill="{colour}">'
-        f"{escape(bound.label)}</text>",
+        f"{escaped(bound.label)}</text>",
     ]
 
 

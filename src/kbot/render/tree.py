@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from xml.sax.saxutils import escape, quoteattr
-
 from kbot.model import Joint, RobotModel
+from kbot.text.xml_text import escaped
 
 _ROW, _HIGH, _GAP, _LETTER = 56, 30, 34, 7.4
 _STYLE = (
@@ -44,7 +43,7 @@ def tree_svg(robot: RobotModel) -> str:
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height}"'
         f' viewBox="0 0 {width:.0f} {height}" role="img">',
-        f"<title>{escape(robot.name)}</title>",
+        f"<title>{escaped(robot.name)}</title>",
         f"<style>{_STYLE}</style>",
         '<rect width="100%" height="100%" fill="#fff"/>',
     ]
@@ -62,14 +61,14 @@ def tree_svg(robot: RobotModel) -> str:
             )
             kind = joint.type.value
             lines.append(
-                f'<g class="joint {kind}"><title>{escape(joint.name)}: {kind}</title>'
+                f'<g class="joint {kind}"><title>{escaped(joint.name)}: {kind}</title>'
                 f'<ellipse cx="{middle:.1f}" cy="{y:.1f}" rx="{across / 2:.1f}" ry="{_HIGH / 2 + 2}"/>'
-                f'<text x="{middle:.1f}" y="{y:.1f}">{escape(joint.name)}</text></g>'
+                f'<text x="{middle:.1f}" y="{y:.1f}">{escaped(joint.name)}</text></g>'
             )
         lines.append(
-            f'<g class="link" id={quoteattr(name)}><title>{escape(name)}</title>'
+            f'<g class="link" id="{escaped(name)}"><title>{escaped(name)}</title>'
             f'<rect x="{x:.1f}" y="{y - _HIGH / 2:.1f}" width="{wide:.1f}" height="{_HIGH}" rx="5"/>'
-            f'<text x="{x + wide / 2:.1f}" y="{y:.1f}">{escape(name)}</text></g>'
+            f'<text x="{x + wide / 2:.1f}" y="{y:.1f}">{escaped(name)}</text></g>'
         )
     return "\n".join([*lines, "</svg>"]) + "\n"
 

@@ -16,7 +16,6 @@ from kbot.sweep.plan import SCHEMA, Plan
 from kbot.text import KbotError
 from kbot.text.files import read_text, write_text
 from kbot.text.json_text import parse_json
-from kbot.text.render import encodable
 
 PLAN, JOURNAL, TABLE, LOCK = "sweep.json", "runs.jsonl", "results.parquet", ".lock"
 FILES = (PLAN, JOURNAL, TABLE, LOCK)
@@ -62,7 +61,7 @@ def opened_folder(out: str, plan: Plan) -> Iterator[Journal]:
                     )
         if before != plan.to_json():
             text = json.dumps(plan.to_json(), indent=2, ensure_ascii=False)
-            write_text(described, encodable(text) + "\n")  # names of files may have any bytes
+            write_text(described, text + "\n")
         try:
             with Journal(finished, plan) as journal:
                 yield journal

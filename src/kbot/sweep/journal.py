@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import orjson
 
@@ -25,9 +25,6 @@ from kbot.text import KbotError, Source
 from kbot.text.notes import note
 from kbot.text.render import encodable, printable
 from kbot.text.yaml import YamlError, read_yaml
-
-if TYPE_CHECKING:
-    from kbot.sweep.plan import Plan
 
 NEWLINE = b"\n"
 _CHECKSUM = b',"crc32":"%08x"}\n'
@@ -72,10 +69,23 @@ class Row:
     measures: Mapping[str, float | None]
 
 
+class PlannedRuns(Protocol):
+    """The runs of a sweep, as its plan has them."""
+
+    @property
+    def runs(self) -> int:
+        """The number of runs."""
+        ...
+
+    def difference(self, row: Row) -> tuple[str, ...] | None:
+        """How a row differs from what its run executes, with the path of the value that differs."""
+        ...
+
+
 class Journal:
     """The file of finished runs."""
 
-    def __init__(self, path: Path, plan: Plan) -> None:
+    def __init__(self, path: Path, plan: PlannedRuns) -> None:
         """Open the file of a sweep, or create it.
 
         Raises:

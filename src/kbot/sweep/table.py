@@ -38,7 +38,10 @@ def write_table(path: Path, plan: Plan, journal: Journal) -> None:
     schema = _schema(plan, names)
     try:
         with scratch_folder(path) as scratch:
-            with parquet.ParquetWriter(scratch, schema, compression="zstd") as writer:
+            with (
+                Path(scratch).open("wb") as file,  # pyarrow takes a path for a URI, and only paths in UTF-8
+                parquet.ParquetWriter(file, schema, compression="zstd") as writer,
+            ):
                 for rows in _chunks(journal.rows()):
                     writer.write_batch(_batch(rows, schema, plan))
             Path(scratch).replace(path)

@@ -378,8 +378,12 @@ def from_file_uri(rest: str, *, windows: bool = os.name == "nt") -> str:
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write text, like `write_bytes`. XML is encoded as it declares, other text as UTF-8."""
-    write_bytes(path, encode(text))
+    """Write text, like `write_bytes`. XML is encoded as it declares, other text as UTF-8.
+
+    The bytes of file names that are not UTF-8 become escapes (`\\udcff`), as on stdout. In JSON, these are
+    the escapes of the same characters.
+    """
+    write_bytes(path, encode(text.encode("utf-8", "backslashreplace").decode("utf-8")))
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
@@ -408,7 +412,8 @@ def rewrite(texts: Mapping[str, tuple[str, str]]) -> None:
     Each file keeps its encoding and byte order mark.
 
     Raises:
-        KbotError: a file does not contain its old text, or cannot be written. Then no file is changed.
+        KbotError: a file does not contain its old text, or cannot be written, or a new text is not Unicode.
+            Then no file is changed.
     """
     path, others = "", " (no file was changed)" if len(texts) > 1 else ""
     try:
@@ -430,6 +435,10 @@ def rewrite(texts: Mapping[str, tuple[str, str]]) -> None:
                 os.replace(scratch, os.path.realpath(path))
     except OSError as error:
         raise KbotError(f"{path} cannot be written{others}: {error.strerror}") from None
+    except UnicodeEncodeError:  # of the name of a file, which no XML or YAML can have
+        raise KbotError(
+            f"{path} cannot be written{others}: the new text has bytes that are not UTF-8"
+        ) from None
 
 
 def _contains(data: bytes, text: str) -> bool:

@@ -6,7 +6,6 @@ import os
 import reprlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from html import escape
 
 from kbot.checks import check_loaded
 from kbot.model import RobotModel
@@ -15,6 +14,7 @@ from kbot.sim import Simulation
 from kbot.sim import Snapshot as Moment
 from kbot.text import KbotError
 from kbot.text.files import write_text
+from kbot.text.xml_text import escaped
 from kbot.workbench.driving.mover import Moment as MoverState
 from kbot.workbench.driving.mover import flat
 from kbot.workbench.driving.sliders import Sliders
@@ -37,7 +37,7 @@ class NotebookPage:
     def _repr_html_(self) -> str:
         """Return the page in an iframe, so that page and notebook do not affect each other."""
         return (
-            f'<iframe srcdoc="{escape(self.page)}" style="width: 100%; height: {self.height}px; border: 0"'
+            f'<iframe srcdoc="{escaped(self.page)}" style="width: 100%; height: {self.height}px; border: 0"'
             ' title="KBot" allow="fullscreen"></iframe>'
         )
 

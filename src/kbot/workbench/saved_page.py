@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Iterator, Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from kbot.kinematics.frames import mimics, unit_axis
 from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, RobotModel
 from kbot.text import KbotError
+from kbot.text.xml_text import escaped
 from kbot.workbench.built_page import FOLDER
 from kbot.workbench.protocol import Findings, Scene, State
 from kbot.workbench.protocol.codec import encode
@@ -54,7 +54,7 @@ def saved_page(
         "kinematics": kinematics(robot, session.scene),
         "states": [json.loads(encode(state)) for state in states],
     }
-    title = escape(f"{session.scene.robot} · KBot")
+    title = escaped(f"{session.scene.robot} · KBot")
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

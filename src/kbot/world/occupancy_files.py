@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import math
 import os
 import reprlib
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.planar_pose import PlanarPose
 from kbot.text import KbotError
 from kbot.text.files import read_source, write_bytes, write_text
+from kbot.text.render import encodable
 from kbot.text.suggest import did_you_mean
 from kbot.text.yaml import YamlError, read_yaml
 from kbot.world.images import read_picture
@@ -39,13 +41,16 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], picture: str = 
     Cells between the thresholds are written as unknown, as map_saver does.
 
     Raises:
-        KbotError: the name does not end in .yaml, the image is not png or pgm, or a file cannot be written.
+        KbotError: the name does not end in .yaml or is not UTF-8, the image is not png or pgm, or a file
+            cannot be written.
     """
     target = Path(path)
     if target.suffix not in (".yaml", ".yml"):
         raise KbotError(f"the file name of a map must end in .yaml, not '{target.name}'")
     if picture not in ("png", "pgm"):
         raise KbotError(f"the image of a map must be png or pgm, not '{picture}'")
+    if encodable(target.name) != target.name:
+        raise KbotError(f"{target} names its image, and YAML has only UTF-8. Choose another file name")
     probability = grid.cells.astype(np.int16) / 100.0
     grey = np.full(grid.cells.shape, _GREY, dtype=np.uint8)
     grey[(grid.cells >= 0) & (probability <= FREE_THRESHOLD)] = _WHITE
@@ -186,4 +191,6 @@ def _encode(grey: NDArray[np.uint8], kind: str) -> bytes:
 
 
 def _quoted(name: str) -> str:
+    if not name.isprintable():  # YAML would read a line end as a space
+        return json.dumps(name)
     return "'" + name.replace("'", "''") + "'"

@@ -49,6 +49,9 @@ _SHORT = 64
 """Characters of a text that is evaluated for free, for speed. The number of nodes and the total length of
 evaluated texts are limited too."""
 _SURROGATE = re.compile(r"[\ud800-\udfff]")
+_RENAME = "XML cannot have such a name: rename the file or folder"
+_BYTE_OF_A_NAME = re.compile(r"[\udc80-\udcff]")
+"""What Python reads for a byte of a file name that is not UTF-8."""
 
 
 class Piece:
@@ -164,6 +167,8 @@ class Template:
 def _writable(value: Value) -> Value:
     """Return the value. Raises XacroError for text with a lone surrogate, which cannot be encoded."""
     if type(value) is str and not value.isascii() and _SURROGATE.search(value):
+        if _BYTE_OF_A_NAME.search(value):
+            raise XacroError("X104", "the text contains a file or folder name that is not UTF-8", _RENAME)
         raise XacroError("X104", "the text contains a lone surrogate, from U+D800 to U+DFFF")
     return value
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from html import escape
 
 from kbot.render.plot import round_ticks
 from kbot.sweep.space import Choices, Dimension, Levels, Value
+from kbot.text.xml_text import escaped
 
 _FONT = 'font-family="sans-serif" font-size="12" fill="currentColor"'
 _LETTER = 7
@@ -150,22 +150,22 @@ def parallel_svg(axes: Sequence[Axis], lines: Sequence[Mark]) -> str:
         parts.append(
             f'<path d="{path}" fill="none" stroke="{"var(--text)" if is_best else _colour(line)}"'
             f' stroke-width="{2.5 if is_best else 1.2}" stroke-opacity="{1 if is_best else 0.45}"'
-            f' stroke-linejoin="round"><title>{escape(line.title)}</title></path>'
+            f' stroke-linejoin="round"><title>{escaped(line.title)}</title></path>'
         )
     for number, each in enumerate(axes):
         x = left + number * step
         anchor = "start" if number == 0 else "end" if number == len(axes) - 1 else "middle"
         at = x - 40 if number == 0 else x + 70 if number == len(axes) - 1 else x
         label = f'x="{at:.1f}" text-anchor="{anchor}"'
-        parts.append(f'<text {label} y="18" font-weight="600">{escape(_end_of(each.label))}</text>')
-        parts.append(f'<text {label} y="34" fill="var(--quiet)">{escape(each.hint)}</text>')
+        parts.append(f'<text {label} y="18" font-weight="600">{escaped(_end_of(each.label))}</text>')
+        parts.append(f'<text {label} y="34" fill="var(--quiet)">{escaped(each.hint)}</text>')
         parts.append(f'<path d="M{x:.1f} {top}v{inner}" stroke="var(--strong-line)" stroke-width="1.5"/>')
         for fraction, text in each.ticks(6, lambda _: _LINE / inner):
             tick = top + (1.0 - fraction) * inner
             parts.append(f'<path d="M{x:.1f} {tick:.1f}h6" stroke="var(--strong-line)"/>')
             parts.append(
                 f'<text x="{x + 9:.1f}" y="{tick:.1f}" dy="0.35em" stroke="var(--panel)" stroke-width="3"'
-                f' stroke-opacity="0.85" paint-order="stroke">{escape(text)}</text>'
+                f' stroke-opacity="0.85" paint-order="stroke">{escaped(text)}</text>'
             )
     return "\n".join([*parts, "</svg>"])
 
@@ -189,17 +189,17 @@ def scatter_svg(
     ):
         x = left + fraction * inner_width
         parts.append(f'<path stroke="var(--line)" d="M{x:.1f} {top}v{inner_height}"/>')
-        parts.append(f'<text x="{x:.1f}" y="{height - 28}" text-anchor="middle">{escape(text)}</text>')
+        parts.append(f'<text x="{x:.1f}" y="{height - 28}" text-anchor="middle">{escaped(text)}</text>')
     for fraction, text in y_ticks:
         y = top + (1.0 - fraction) * inner_height
         parts.append(f'<path stroke="var(--line)" d="M{left} {y:.1f}h{inner_width}"/>')
-        parts.append(f'<text x="{left - 8}" y="{y:.1f}" dy="0.35em" text-anchor="end">{escape(text)}</text>')
+        parts.append(f'<text x="{left - 8}" y="{y:.1f}" dy="0.35em" text-anchor="end">{escaped(text)}</text>')
     middle, centre = left + inner_width / 2, top + inner_height / 2
     parts.append(
-        f'<text x="{middle:.0f}" y="{height - 8}" text-anchor="middle">{escape(x_axis.label)}</text>'
+        f'<text x="{middle:.0f}" y="{height - 8}" text-anchor="middle">{escaped(x_axis.label)}</text>'
     )
     turned = f'transform="translate(14 {centre:.0f}) rotate(-90)" text-anchor="middle"'
-    parts.append(f"<text {turned}>{escape(y_axis.label)}</text>")
+    parts.append(f"<text {turned}>{escaped(y_axis.label)}</text>")
     if len(front) > 1:
         # between two designs of the front, none is known that is better than both
         places = [place(each) for each in sorted(front)]
@@ -214,12 +214,14 @@ def scatter_svg(
         stroke = ' stroke="var(--text)" stroke-width="1.8"' if is_best else ""
         parts.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{5 if is_best else 3.2}" fill="{_colour(point)}"'
-            f' fill-opacity="{1 if is_best else 0.6}"{stroke}><title>{escape(point.title)}</title></circle>'
+            f' fill-opacity="{1 if is_best else 0.6}"{stroke}><title>{escaped(point.title)}</title></circle>'
         )
         # two labels on each other cannot be read
         if point.label and not any(abs(x - at) < 18 and abs(y - height) < 12 for at, height in labels):
             labels.append((x, y))
-            parts.append(f'<text x="{x + 7:.1f}" y="{y - 6:.1f}" font-size="11">{escape(point.label)}</text>')
+            parts.append(
+                f'<text x="{x + 7:.1f}" y="{y - 6:.1f}" font-size="11">{escaped(point.label)}</text>'
+            )
     return "\n".join([*parts, "</svg>"])
 
 
@@ -236,5 +238,5 @@ def share_svg(share: float) -> str:
 def _head(width: float, height: float, title: str) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img" {_FONT}>'
-        f"<title>{escape(title)}</title>"
+        f"<title>{escaped(title)}</title>"
     )

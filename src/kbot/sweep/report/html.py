@@ -16,7 +16,7 @@ from kbot.sweep.designs import Method
 from kbot.sweep.report.charts import Axis, Mark, axis, parallel_svg, scatter_svg, share_svg
 from kbot.sweep.report.sensitivity import Effect, effect
 from kbot.sweep.space import Value
-from kbot.text.files import write_bytes
+from kbot.text.files import write_text
 from kbot.trials.measures import find_measure
 from kbot.trials.pool import Pool, run_tasks
 from kbot.trials.reports.html import Room, escaped, events, film_and_path, page
@@ -60,7 +60,7 @@ def write_report(
     Raises:
         KbotError: the file cannot be written.
     """
-    write_bytes(path, _Report(results, chosen, film).html().encode("utf-8", "backslashreplace"))
+    write_text(path, _Report(results, chosen, film).html())
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,15 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from html import escape
 from importlib.metadata import version
 from importlib.resources import files
 
 import numpy as np
 
 from kbot.render.path_svg import Area, Circle, Mark, PathPicture, path_svg
-from kbot.text import Diagnostic, KbotError
+from kbot.text import Diagnostic, KbotError, xml_text
 from kbot.text.diagnostic import Severity
-from kbot.text.files import write_bytes
+from kbot.text.files import write_text
 from kbot.text.render import place, render_text
 from kbot.trials.measures import find_measure
 from kbot.trials.reports.charts import charts
@@ -68,7 +67,7 @@ def write_html(path: str, results: Sequence[TrialResult], title: str = "KBot tri
     Raises:
         KbotError: the file cannot be written.
     """
-    write_bytes(path, html_report(results, title).encode())
+    write_text(path, html_report(results, title))
 
 
 def html_report(results: Sequence[TrialResult], title: str = "KBot trials") -> str:
@@ -502,7 +501,7 @@ def _about(result: TrialResult) -> str:
 
 def escaped(text: str) -> str:
     """A text in HTML."""
-    return escape(_shortened(text, MOST_CHARACTERS))
+    return xml_text.escaped(_shortened(text, MOST_CHARACTERS))
 
 
 def _shortened(text: str, most: int) -> str:

@@ -8,6 +8,7 @@ from datetime import datetime
 from xml.etree import ElementTree
 
 from kbot.text.render import printable
+from kbot.text.xml_text import xml_document
 from kbot.trials.results import TrialResult
 
 NAME = "kbot try"
@@ -41,8 +42,7 @@ def junit(results: Sequence[TrialResult], begun: datetime) -> str:
             time=f"{result.wall:.3f}",
         )
         _describe(case, result)
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+    return xml_document(root)
 
 
 def _describe(case: ElementTree.Element, result: TrialResult) -> None:

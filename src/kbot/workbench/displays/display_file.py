@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kbot.text import KbotError
 from kbot.text.errors import reading
-from kbot.text.files import read_source, write_bytes
+from kbot.text.files import read_source, write_text
 from kbot.workbench.displays.display_settings import (
     Display,
     DisplaySettings,
@@ -113,7 +113,7 @@ class DisplayFile:
                 "there is no file to save to: start kbot view or kbot sim --config FILE, or save a copy"
             )
         text, notes = self._text(settings, self._version if self.path.endswith(RVIZ) else None, frame)
-        write_bytes(self.path, text.encode())
+        write_text(self.path, text)
         # pages that connect later start with the saved settings
         self.greeting = self.open(self.path, text)
         return DisplaysSaved(self.path, notes)

@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from kbot.record.world_recorder import POSES_TOPIC
 from kbot.text import KbotError
 from kbot.text.json_text import parse_json
 from kbot.text.temporary import TemporaryFolder
+from kbot.text.xml_text import escaped
 from kbot.tf.foreign_frames import plain, read_transform
 
 
@@ -232,7 +232,7 @@ class RecordedRun:
         frames = [plain(name) for t in transforms for name in (t.child_frame_id, t.header.frame_id)]
         of_base = (name for base in BASES for name in frames if name.rpartition("/")[2] == base)
         frame = next(of_base, "") or next(iter(frames), "") or self._frame_of_sensor()
-        return f'<robot name="frames"><link name={quoteattr(frame or BASES[-1])}/></robot>'
+        return f'<robot name="frames"><link name="{escaped(frame or BASES[-1])}"/></robot>'
 
     def _frame_of_sensor(self) -> str:
         entries = self.index.between(list(self.topics), self.index.start - 1, self.index.end)

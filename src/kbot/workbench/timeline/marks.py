@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeGuard
 
 from kbot.text import KbotError
-from kbot.text.files import read_source, write_bytes
+from kbot.text.files import read_source, write_text
 from kbot.workbench.displays.marked_yaml import Marked, read_marked
 from kbot.workbench.protocol import Bookmark, Bookmarks, Mark, NoteMark, RemoveMark
 
@@ -67,7 +67,7 @@ class Marks:
         if self.file:
             self._require_untouched()
             text = _written(changed)
-            write_bytes(self.file, text.encode())
+            write_text(self.file, text)
             self._text = text
         self._all = changed
         self._count += isinstance(order, Mark)
