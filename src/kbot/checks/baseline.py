@@ -1,6 +1,7 @@
 """A baseline lists a robot's known findings, so that only new ones are reported.
 
-A finding matches an entry by its code, file and message, not by its line: editing moves lines.
+A finding matches an entry by its code, file and message, not by its line: editing moves lines. An entry with
+a former code matches by the file alone: the rule that replaced the code has other messages.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from kbot.checks.former_codes import FORMER_CODES, former_codes
 from kbot.text import Diagnostic, KbotError, write_text
 from kbot.text.files import read_text
 from kbot.text.json_text import parse_json
@@ -60,11 +62,13 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
     folder = os.path.dirname(os.path.abspath(path))
     new = []
     for diagnostic in found:
-        key = _key(diagnostic, folder)
-        if known[key] > 0:
-            known[key] -= 1
-        else:
+        code, file, message = _key(diagnostic, folder)
+        keys = ((code, file, message), *((former, file, "") for former in former_codes(code)))
+        key = next((key for key in keys if known[key] > 0), None)
+        if key is None:
             new.append(diagnostic)
+        else:
+            known[key] -= 1
     return new
 
 
@@ -76,7 +80,10 @@ def _known(path: str) -> Counter[Key]:
         data = parse_json(text)
         if data["version"] != _VERSION:
             raise KbotError(f"{path} is a baseline of version {data['version']!r:.60}, not {_VERSION}{_HOW}")
-        rows = data["findings"]
-        return Counter({(r["code"], r["file"], r["message"]): int(r["count"]) for r in rows})
+        known = Counter[Key]()
+        for row in data["findings"]:
+            message = "" if row["code"] in FORMER_CODES else row["message"]
+            known[row["code"], row["file"], message] += int(row["count"])
+        return known
     except (ValueError, KeyError, TypeError, OverflowError):
         raise KbotError(f"{path} is not a baseline of kbot check{_HOW}") from None

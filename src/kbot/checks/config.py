@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
 
+from kbot.checks.former_codes import covers
+
 
 @dataclass(frozen=True)
 class Config:
@@ -41,4 +43,4 @@ def _weight(word: str, code: str) -> int:
     """How specific a match is: -1 for no match, 0 for "ALL", else the length of the matching prefix."""
     if word == "ALL":
         return 0
-    return len(word) if code.startswith(word) else -1
+    return len(word) if code.startswith(word) or covers(word, code) else -1
