@@ -4,6 +4,7 @@ import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from dataclasses import fields as dataclass_fields
 from typing import Any
 
 import numpy as np
@@ -233,6 +234,15 @@ def test_field_types_are_those_of_ros_2(name: str) -> None:
         expected[field] = str(base).replace("/msg/", "/") + length
     expected = {key: {"octet[]": "uint8[]", "octet": "uint8"}.get(of, of) for key, of in expected.items()}
     assert dict(fields(kind, ros1=False)) == expected
+
+
+def test_the_class_of_an_array_shows_in_its_type_hint() -> None:
+    """From numpy 2.5 on, `get_origin` of `numpy.typing.NDArray` is a `TypeAliasType` and not a class."""
+    names = [f"{package}/msg/{name}" for package, names in NAMESAKES.items() for name in names.split()]
+    kinds = [kind for name in names if (kind := known_type(name)) is not None]
+    hints = [str(field.type) for kind in kinds for field in dataclass_fields(kind)]
+    assert "Array[np.float32]" in hints
+    assert not [hint for hint in hints if "NDArray" in hint]
 
 
 def test_arrays_are_not_walked_element_by_element() -> None:

@@ -1,6 +1,7 @@
 """A baseline lists a robot's known findings, so that only new ones are reported.
 
-A finding matches an entry by its code, file and message, not by its line: editing moves lines.
+A finding matches an entry by its code, file and message, not by its line: editing moves lines. An entry with
+a former code matches by the file alone: the rule that replaced the code has other messages.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from kbot.checks.former_codes import FORMER_CODES, former_codes
 from kbot.text import Diagnostic, KbotError, write_text
 from kbot.text.files import read_text
 from kbot.text.json_text import parse_json
@@ -60,11 +62,13 @@ def without_known(found: Sequence[Diagnostic], path: str) -> list[Diagnostic]:
     folder = os.path.dirname(os.path.abspath(path))
     new = []
     for diagnostic in found:
-        key = _key(diagnostic, folder)
-        if known[key] > 0:
-            known[key] -= 1
-        else:
+        code, file, message = _key(diagnostic, folder)
+        keys = ((code, file, message), *((former, file, "") for former in former_codes(code)))
+        key = next((key for key in keys if known[key] > 0), None)
+        if key is None:
             new.append(diagnostic)
+        else:
+            known[key] -= 1
     return new
 
 
@@ -81,7 +85,8 @@ def _known(path: str) -> Counter[Key]:
             key, number = (row["code"], row["file"], row["message"]), row["count"]
             if not all(isinstance(part, str) for part in key) or type(number) is not int or number < 1:
                 raise TypeError
-            known[key] += number
+            # the texts of merged rules differ
+            known[key if row["code"] not in FORMER_CODES else (*key[:2], "")] += number
         return known
     except (ValueError, KeyError, TypeError):
         raise KbotError(f"{path} is not a baseline of kbot check{_HOW}") from None

@@ -8,6 +8,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 from kbot.brief import Brief
+from kbot.checks.former_codes import covers
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,4 +44,4 @@ def _weight(word: str, code: str) -> int:
     """How specific a match is: -1 for no match, 0 for "ALL", else the length of the matching prefix."""
     if word == "ALL":
         return 0
-    return len(word) if code.startswith(word) else -1
+    return len(word) if code.startswith(word) or covers(word, code) else -1

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree
 
+from kbot.checks.former_codes import former_codes
 from kbot.checks.registry import all_rules
 from kbot.text import Diagnostic, Origin, Severity, Span
 from kbot.text.render import encodable
@@ -39,8 +40,10 @@ def _rule(code: str) -> dict[str, object]:
     rule = all_rules().get(code)
     if rule is None:
         return {"id": code}
+    former = former_codes(code)
     return {
         "id": code,
+        **({"deprecatedIds": former} if former else {}),
         "name": "".join(word.capitalize() for word in rule.name.split("-")),
         "shortDescription": {"text": rule.summary},
         "fullDescription": {"text": rule.page},

@@ -16,9 +16,11 @@ from typing import Literal
 
 from kbot.brief import Brief
 from kbot.checks.context import Context
+from kbot.checks.former_codes import FORMER_CODES, explained
 from kbot.extensions import parts
 from kbot.text import Diagnostic, Fix, KbotError, Origin, Related, Severity
 from kbot.text.diagnostic import ROS_PREFIX
+from kbot.text.notes import note
 from kbot.text.suggest import did_you_mean
 
 Needs = Literal["source", "document", "robot", "drive", "below"]
@@ -132,6 +134,8 @@ def rule(
     def add(function: Check) -> Check:
         if code in _RULES or any(other.name == name for other in _RULES.values()):
             raise ValueError(f"{code} {name} is registered twice")
+        if code in FORMER_CODES:
+            raise ValueError(f"{explained(code)}. A code is never used again")
         page = "What: " + inspect.cleandoc(function.__doc__ or "")
         _RULES[code] = Rule(code, name, severity, since, needs, page, function, is_ros_only)
         return function
@@ -175,16 +179,28 @@ def near_rules(word: str, others: Iterable[str] = ()) -> str:
     return f"did you mean '{code}'?" if code in all_rules() else did_you_mean(word, others)
 
 
-def find_rule(word: str) -> Rule:
-    """Find a rule by its code or its name.
+def find_rules(word: str) -> tuple[Rule, ...]:
+    """Find a rule by its code or its name. A former code or name finds, with a note, what replaced it.
 
     Raises:
-        KbotError: no rule has this code or name. The message suggests the nearest.
+        KbotError: no rule has this code or name, and the message suggests the nearest; or the rule was
+            removed.
     """
     rules = all_rules()
     by_name = {r.name: r for r in rules.values()}
     found = rules.get(word.upper()) or by_name.get(word.lower())
-    if found is None:
-        hint = near_rules(word, by_name)
-        raise KbotError(f"unknown rule '{word}'" + (f": {hint}" if hint else ""))
-    return found
+    if found is not None:
+        return (found,)
+    for code, former in FORMER_CODES.items():
+        if word.upper() == code or word.lower() == former.name:
+            if not former.codes:
+                raise KbotError(explained(code))
+            note(explained(code))
+            return tuple(rules[each] for each in former.codes)
+    hint = near_rules(word, by_name)
+    raise KbotError(f"unknown rule '{word}'" + (f": {hint}" if hint else ""))
+
+
+def find_rule(word: str) -> Rule:
+    """Like `find_rules`, for the first of several rules."""
+    return find_rules(word)[0]

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from kbot.checks.config import Config
+from kbot.checks.former_codes import FORMER_CODES
 from kbot.checks.registry import all_rules, near_rules
 from kbot.text import KbotError
 from kbot.text.files import read_text
@@ -35,10 +36,10 @@ def with_selection(config: Config, select: tuple[str, ...], ignore: tuple[str, .
 
 
 def check_codes(words: tuple[str, ...]) -> None:
-    """Raise a KbotError for a word that is neither ALL nor the beginning of a code."""
+    """Raise a KbotError for a word that is neither ALL, a former code, nor the beginning of a code."""
     rules = all_rules()
     for word in words:
-        if word != "ALL" and not any(code.startswith(word) for code in rules):
+        if word not in ("ALL", *FORMER_CODES) and not any(code.startswith(word) for code in rules):
             hint = near_rules(word, ["ALL"])
             raise KbotError(f"no rule has a code that starts with '{word}'" + (f": {hint}" if hint else ""))
 

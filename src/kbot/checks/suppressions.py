@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kbot.checks.edits import with_line
+from kbot.checks.former_codes import FORMER_CODES, covers
 from kbot.checks.registry import Rule, near_rules
 from kbot.text import Diagnostic, Edit, Fix, Origin, Severity, Source, Span
 
@@ -27,7 +28,7 @@ class Suppression:
 
     def covers(self, diagnostic: Diagnostic) -> bool:
         """Whether it names the code of a finding on one of its lines. Marks the code as used."""
-        code = next((c for c in self.codes if c in (diagnostic.code, "ALL")), None)
+        code = next((c for c in self.codes if c == "ALL" or covers(c, diagnostic.code)), None)
         if code is None:
             return False
         self.used.add(code)
@@ -74,7 +75,7 @@ def _read(
 ) -> Suppression | Diagnostic:
     match = _IGNORE.fullmatch(text)
     codes = tuple(code.strip() for code in match[1].split(",") if code.strip()) if match else ()
-    unknown = next((c for c in codes if c not in rules and c != "ALL"), None)
+    unknown = next((c for c in codes if not (c in rules or c in FORMER_CODES or c == "ALL")), None)
     if not match or not codes or unknown:
         message = f"unknown rule '{unknown}'" if unknown else f"the comment 'kbot: {text}' cannot be parsed"
         hint = near_rules(unknown) if unknown else ""

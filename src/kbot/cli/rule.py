@@ -7,7 +7,9 @@ from collections.abc import Sequence
 
 import click
 
-from kbot.checks import Rule, all_rules, find_rule
+from kbot.checks import Rule, all_rules
+from kbot.checks.former_codes import FORMER_CODES, explained, former_codes
+from kbot.checks.registry import find_rules
 from kbot.cli.arguments import examples, json_option
 from kbot.cli.output import fail, print_json
 
@@ -21,11 +23,13 @@ def command(words: tuple[str, ...], every: bool, as_json: bool, markdown: bool) 
     """Explain rules of kbot check, by code or name: what they mean, why they matter, how to fix a finding."""
     if not words and not every:
         fail("CODE is missing. --all lists every rule")
-    rules = [find_rule(word) for word in words] or sorted(all_rules().values(), key=lambda r: r.code)
+    found = (rule for word in words for rule in find_rules(word))
+    rules = list(found) or sorted(all_rules().values(), key=lambda r: r.code)
     if as_json:
         print_json({"rules": [_json(r) for r in rules]})
     elif markdown:
-        click.echo(rules_as_markdown(rules), nl=False)
+        former = "" if words else _former_as_markdown()
+        click.echo(rules_as_markdown(rules) + former, nl=False)
     elif every and not words:
         for rule in rules:
             click.echo(f"{rule.code}  {rule.severity:7}  {rule.name:28}  {rule.summary}")
@@ -90,11 +94,29 @@ def rules_as_markdown(rules: Sequence[Rule]) -> str:
     return "\n".join(parts)
 
 
+def _former_as_markdown() -> str:
+    """The former codes, each with a heading of its own, so that links to its page still lead there."""
+    parts = [
+        "",
+        "## Former codes",
+        "",
+        "Configurations, comments and baselines may still name these codes. They then mean the codes that "
+        "replaced them.",
+        "",
+    ]
+    for word, former in FORMER_CODES.items():
+        text = explained(word)
+        for code in former.codes:
+            text = text.replace(code, f"[{code}](#{code.lower()}-{all_rules()[code].name})")
+        parts += [f"### {word} {former.name}", "", f"{text}.", ""]
+    return "\n".join(parts)
+
+
 def _page(rule: Rule) -> str:
     return f"{rule.code} {rule.name} ({rule.severity}, since {rule.since})\n\n{rule.page}"
 
 
-def _json(rule: Rule) -> dict[str, str]:
+def _json(rule: Rule) -> dict[str, object]:
     return {
         "code": rule.code,
         "name": rule.name,
@@ -102,4 +124,5 @@ def _json(rule: Rule) -> dict[str, str]:
         "since": rule.since,
         "fix": rule.fix,
         "page": rule.page,
+        "former_codes": former_codes(rule.code),
     }

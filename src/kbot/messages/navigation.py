@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kbot.brief import Brief
+from kbot.messages.arrays import Array
 from kbot.messages.types import Float32, Header, Int32, Pose, PoseWithCovariance, Time, UInt32
 
 HEADER, ORIGIN, ESTIMATE, START = Header(), Pose(), PoseWithCovariance(), Time()
@@ -52,7 +52,7 @@ class MapMetaData(Brief):
     origin: Pose = ORIGIN
 
 
-def _empty() -> NDArray[np.int8]:
+def _empty() -> Array[np.int8]:
     return np.empty(0, dtype=np.int8)
 
 
@@ -62,7 +62,7 @@ class OccupancyGrid(Brief):
 
     header: Header = HEADER
     info: MapMetaData = MapMetaData()
-    data: NDArray[np.int8] = field(default_factory=_empty)
+    data: Array[np.int8] = field(default_factory=_empty)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -74,4 +74,4 @@ class OccupancyGridUpdate(Brief):
     y: Int32 = 0
     width: UInt32 = 0
     height: UInt32 = 0
-    data: NDArray[np.int8] = field(default_factory=_empty)
+    data: Array[np.int8] = field(default_factory=_empty)

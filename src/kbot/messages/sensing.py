@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kbot.brief import Brief
+from kbot.messages.arrays import Array
 from kbot.messages.types import (
     Float32,
     Header,
@@ -36,7 +36,7 @@ _SAME_ANGLE = 2e-5
 """rad by which two angles may differ and count as equal. Messages have the angles as 32-bit numbers."""
 
 
-def _empty() -> NDArray[np.float32]:
+def _empty() -> Array[np.float32]:
     return np.empty(0, dtype=np.float32)
 
 
@@ -52,10 +52,10 @@ class LaserScan(Brief):
     scan_time: Float32 = 0.0
     range_min: Float32 = 0.0
     range_max: Float32 = 0.0
-    ranges: NDArray[np.float32] = field(default_factory=_empty)
-    intensities: NDArray[np.float32] = field(default_factory=_empty)
+    ranges: Array[np.float32] = field(default_factory=_empty)
+    intensities: Array[np.float32] = field(default_factory=_empty)
 
-    def sector(self, start: float, end: float) -> NDArray[np.float32]:
+    def sector(self, start: float, end: float) -> Array[np.float32]:
         """The ranges (n,) in m of the beams from `start` to `end` in rad, counter-clockwise.
 
         Angles are in the frame of the sensor (REP 103): 0 is straight ahead, pi/2 is left, -pi/2 is right. A
