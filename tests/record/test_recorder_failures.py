@@ -22,7 +22,8 @@ from kbot.text import KbotError
 
 
 def test_full_disk_ends_the_recording_but_not_the_run(tmp_path: Path) -> None:
-    """A limit on the file size simulates a full disk."""
+    """A limit on the file size simulates a full disk. It must not cut off the bytecode that Python caches
+    (`-B`), which later processes would fail to load."""
     program = f"""
         import resource, signal
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -44,7 +45,7 @@ def test_full_disk_ends_the_recording_but_not_the_run(tmp_path: Path) -> None:
         print(sim.time, recorder.failure)
     """
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=True
+        [sys.executable, "-B", "-c", textwrap.dedent(program)], capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("10.0 ")
     assert "File too large; the recording ended at" in done.stdout
@@ -69,7 +70,7 @@ def test_full_disk_is_reported_for_sqlite_too(tmp_path: Path, bytes_free: int, m
         sys.exit(run(["sim", "kbot", "--headless", "--record", {str(tmp_path / "run")!r}]))
     """
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False
+        [sys.executable, "-B", "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
     assert message in done.stderr
@@ -92,8 +93,8 @@ def test_failed_recording_does_not_block_the_next_one(tmp_path: Path, name: str)
     """
     with (tmp_path / "output").open("w") as out:
         done = subprocess.run(
-            [sys.executable, "-c", textwrap.dedent(program)], stdout=out, stderr=subprocess.PIPE, text=True,
-            check=True,
+            [sys.executable, "-B", "-c", textwrap.dedent(program)], stdout=out, stderr=subprocess.PIPE,
+            text=True, check=True,
         )  # fmt: skip
     assert done.stderr.endswith("2 0\n"), done.stderr
 
@@ -109,7 +110,7 @@ def test_sqlite_keeps_all_but_the_last_second_on_a_full_disk(tmp_path: Path) -> 
         sys.exit(run([*words, "--record", {str(tmp_path / "run")!r}]))
     """
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False
+        [sys.executable, "-B", "-c", textwrap.dedent(program)], capture_output=True, text=True, check=False
     )
     ended = float(done.stderr.split("the recording ended at ")[1].split(" s")[0])
     with sqlite3.connect(tmp_path / "run" / "run.db3") as base:
