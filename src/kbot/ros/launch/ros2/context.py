@@ -130,7 +130,9 @@ class LaunchContext:
 
 
 def _without_folders(text: str) -> str:
-    return _ADDRESS.sub("", "".join(text.split()))
+    """A description from its root on, without white space and the folders of mesh files. What is before the
+    root, and white space, differ between the methods that print a document."""
+    return _ADDRESS.sub("", "".join(text[max(text.find("<robot"), 0) :].split()))
 
 
 class _Names:

@@ -1,6 +1,6 @@
 """Runs Python launch files, with KBot's modules in place of ROS 2's.
 
-The classes of `nav2_common` and the functions of `xacro` have the names and arguments of the originals.
+The classes of `nav2_common` have the names and arguments of the originals.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import IO, Any, TypeVar
 
-from kbot.ros.launch.commands import expand_within
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.python_packages import importable
@@ -27,6 +26,7 @@ from kbot.ros.launch.ros2.parameters import read_parameter_file
 from kbot.ros.launch.ros2.places import line_origin, place, register_running
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.ros.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
+from kbot.ros.launch.ros2.xacro_module import xacro_functions
 from kbot.ros.parameter_values import convert
 from kbot.text import Diagnostic, KbotError, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
@@ -289,54 +289,6 @@ class Module(ModuleType):
             raise AttributeError(name)
         hint = did_you_mean(name, vars(self))
         raise AttributeError(f"KBot does not provide {self.__name__}.{name}" + (f": {hint}" if hint else ""))
-
-
-def xacro_functions(context: LaunchContext) -> dict[str, object]:
-    """The functions of the module `xacro`, by name. The context learns which file each expanded text is
-    from."""
-    xacro = _Xacro(context)
-    return {name: getattr(xacro, name) for name in ("process_file", "process", "parse", "process_doc")}
-
-
-class _Document:
-    """The result of xacro.process_file and xacro.parse, with the methods that launch files use."""
-
-    def __init__(self, text: str, path: str = "") -> None:
-        self.text, self.path = text, path
-
-    def toxml(self, *_: object, **__: object) -> str:
-        return self.text
-
-    toprettyxml = toxml
-
-
-class _Xacro:
-    def __init__(self, context: LaunchContext) -> None:
-        self.context = context
-
-    def process_file(
-        self, path: object, mappings: Mapping[str, object] | None = None, **_: object
-    ) -> _Document:
-        arguments = {str(name): str(value) for name, value in (mappings or {}).items()}
-        expansion = expand_within(self.context.budget, str(path), arguments, self.context.packages)
-        for diagnostic in expansion.diagnostics:
-            self.context.note(diagnostic)
-        self.context.descriptions[expansion.text] = RobotDescription(str(path), arguments)
-        return _Document(expansion.text)
-
-    def parse(self, source: object, filename: object = None) -> _Document:
-        """The document of an open file or of a file name. It is not expanded yet."""
-        text = source.read() if hasattr(source, "read") else read_source(str(filename)).text
-        known = self.context.descriptions.get(text)
-        return _Document(text, str(filename) if filename else known.path if known else "")
-
-    def process_doc(
-        self, document: _Document, mappings: Mapping[str, object] | None = None, **more: object
-    ) -> None:
-        document.text = self.process_file(document.path, mappings, **more).text
-
-    def process(self, path: object, mappings: Mapping[str, object] | None = None, **more: object) -> str:
-        return self.process_file(path, mappings, **more).text
 
 
 class RewrittenYaml(Substitution):
