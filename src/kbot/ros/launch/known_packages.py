@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-_SHARE = "/opt/ros/stand-in/share"
+from kbot.xacro.ros_variables import STAND_IN_PREFIX
+
+_SHARE = f"{STAND_IN_PREFIX}/share"
 """The folder that `$(find …)` gives for packages that are not installed. It does not exist."""
 
 

@@ -17,6 +17,7 @@ from kbot.ros.parameter_values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
 from kbot.xacro.packages import PackageError, PackageNotFound, Packages
+from kbot.xacro.ros_variables import ros_value
 
 _MARK = re.compile(r"[$()]")
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
@@ -99,11 +100,14 @@ class SubstitutionScope:
             raise LaunchError("L012", error.problem, error.hint) from None
 
     def env(self, name: str) -> str:
-        if name not in os.environ:
+        value = os.environ.get(name)
+        if value is None:
+            value = ros_value(name, version=1)
+        if value is None:
             raise LaunchError(
                 "L013", f"the environment variable {name} is not set", f"$(optenv {name} DEFAULT)"
             )
-        return os.environ[name]
+        return value
 
     def optenv(self, name: str, default: str = "") -> str:
         return os.environ.get(name, default)

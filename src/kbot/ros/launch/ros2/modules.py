@@ -24,6 +24,7 @@ from kbot.ros.launch.ros2.conditions import Condition
 from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.parameters import read_parameter_file
 from kbot.ros.launch.ros2.places import line_origin, place, register_running
+from kbot.ros.launch.ros2.ros_environment import ros_environment
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.ros.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
 from kbot.ros.launch.ros2.xacro_module import xacro_functions
@@ -46,7 +47,8 @@ class PythonFiles:
     def modules_in_place(self) -> Iterator[None]:
         """Replace ROS 2's modules by KBot's within the block, also for functions that a launch file calls
         later. Modules of the workspace's packages can be imported too."""
-        with _in_place(self._modules), importable(self.context.packages.beside(self.context.file)):
+        packages = self.context.packages.beside(self.context.file)
+        with _in_place(self._modules), importable(packages), ros_environment():
             yield
 
     def load(self, source: Source) -> list[object]:

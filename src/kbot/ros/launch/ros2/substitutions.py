@@ -16,6 +16,7 @@ from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.places import here
 from kbot.text import read_source
 from kbot.text.suggest import did_you_mean
+from kbot.xacro.ros_variables import ros_value
 
 
 class Substitution:
@@ -154,6 +155,9 @@ class EnvironmentVariable(Substitution):
             return context.environment[name]
         if self.default is not None:
             return performed(self.default, context)
+        value = ros_value(name)
+        if value is not None:
+            return value
         hint = f"set it: {name}=VALUE kbot launch …"
         raise LaunchError("L013", f"the environment variable {name} is not set", hint, name)
 
