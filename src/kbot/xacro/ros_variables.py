@@ -1,6 +1,6 @@
 """The environment variables that every installation of ROS sets, with values for a machine without ROS.
 
-The names are those that the packages ros_environment, ament_cmake_core and catkin export in their setup files.
+The names are those that ros_environment, ament_cmake_core and catkin export in their setup files.
 The values are never exported: programs of a launch file choose their version of ROS by these variables.
 """
 

@@ -241,6 +241,7 @@ def share_of(package: str) -> str:
 
 def stand_in_file(path: str) -> tuple[str, str] | None:
     """The package, and the path in it, of a file under a path of `share_of`. None for any other file."""
+    path = path.replace("\\", "/")  # of Path on Windows
     if not path.startswith(_SHARE + "/"):
         return None
     package, _, inner = path[len(_SHARE) + 1 :].partition("/")

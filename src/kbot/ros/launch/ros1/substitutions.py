@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from kbot.ros.launch.evaluation import BUILTINS, evaluated, joined
-from kbot.ros.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.parameter_values import convert
 from kbot.text.suggest import did_you_mean
@@ -27,6 +26,7 @@ COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
 class SubstitutionScope:
     """The values that substitutions can use.
 
+    `share_of` returns the path that replaces the folder of an absent package.
     `anonymous` remembers the names that `$(anon …)` made. If it is None, such substitutions are not changed.
     """
 
@@ -34,6 +34,7 @@ class SubstitutionScope:
     packages: Packages
     arguments: Mapping[str, str]
     budget: Budget
+    share_of: Callable[[PackageNotFound], str]
     anonymous: dict[str, str] | None = field(default_factory=dict)
 
     def resolve(self, text: str) -> str:
@@ -95,8 +96,8 @@ class SubstitutionScope:
         try:
             return self.packages.find(name)
         except PackageError as error:
-            if name in STAND_IN_PACKAGES and isinstance(error, PackageNotFound):
-                return share_of(name)
+            if isinstance(error, PackageNotFound):
+                return self.share_of(error)
             raise LaunchError("L012", error.problem, error.hint) from None
 
     def env(self, name: str) -> str:

@@ -16,7 +16,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import IO, Any, TypeVar
 
-from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.known_packages import stand_in_file
+from kbot.ros.launch.launch_error import LaunchError, LaunchPackageError
 from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.python_packages import importable
 from kbot.ros.launch.ros2 import actions, conditions, handlers, package_actions, substitutions
@@ -135,6 +136,8 @@ def _explained(error: BaseException) -> tuple[str, str]:
     if isinstance(error, KeyError) and frames and frames[-1].filename in ("<frozen os>", os.__file__):
         name = error.args[0]
         return f"the environment variable {name} is not set", f"set it: {name}=VALUE kbot launch …"
+    if isinstance(error, OSError) and isinstance(error.filename, str) and stand_in_file(error.filename):
+        return f"{error.filename} does not exist", ""
     if isinstance(error, ModuleNotFoundError):
         hint = "install it in KBot's Python, or add its folder to PYTHONPATH"
         return f"the launch file needs the Python module '{error.name}', which is not installed", hint
@@ -187,7 +190,7 @@ def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
         "get_package_share_directory": context.share,
         "get_package_share_path": lambda n: Path(context.share(n)),
         "get_package_prefix": context.prefix,
-        "PackageNotFoundError": LaunchError,
+        "PackageNotFoundError": LaunchPackageError,
     }
     finders = {
         name: type(name, (value,), {"find": lambda _, package: context.share(package)})

@@ -112,9 +112,10 @@ class PathSubstitution(PathJoinSubstitution):
 class FindPackageShare(Substitution):
     def __init__(self, package: object) -> None:
         self.package = as_substitution(package)
+        self.origin = here()
 
     def perform(self, context: LaunchContext) -> str:
-        return context.share(self.package.perform(context))
+        return context.share(self.package.perform(context), self.origin)
 
     def __truediv__(self, other: object) -> PathJoinSubstitution:
         return PathJoinSubstitution([self, other])
@@ -122,7 +123,7 @@ class FindPackageShare(Substitution):
 
 class FindPackagePrefix(FindPackageShare):
     def perform(self, context: LaunchContext) -> str:
-        return context.prefix(self.package.perform(context))
+        return context.prefix(self.package.perform(context), self.origin)
 
 
 class Command(Substitution):
