@@ -9,8 +9,11 @@ from pathlib import Path
 
 from kbot.checks.file_kinds import file_kinds
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, parse_xml, read_source
+from kbot.text.file_kind import ROBOT, kind_of_file
 
 _ROBOT = (".xacro", ".urdf")
+_SEARCHED = (*_ROBOT, ".launch", ".xml", ".yaml", ".yml")
+"""Endings of files that may be one to check. Launch files in Python are programs, and not searched."""
 _SKIPPED = frozenset({"build", "install", "log", "devel", "node_modules", "__pycache__"})
 _VIRTUAL = frozenset({"/proc", "/sys", "/dev"})
 """File systems of the kernel. They have no robots, but hundreds of thousands of files."""
@@ -32,9 +35,14 @@ def entry_points(folder: str, progress: Callable[[str], None] = lambda _: None) 
     files = sorted(_walk(Path(folder), progress))
     included: set[str] = set()
     texts: dict[Path, str] = {}
+    found: list[Path] = []
+    others = {kind.kind for kind in file_kinds()}
     for file in files:
-        if file.name.endswith(_ROBOT):
-            progress(f"reading {file}")
+        progress(f"reading {file}")
+        kind = kind_of_file(str(file))
+        if kind in others:
+            found.append(file)
+        elif kind == ROBOT or file.name.endswith(_ROBOT):
             try:
                 texts[file] = read_source(file).text
             except DescriptionError:
@@ -44,7 +52,6 @@ def entry_points(folder: str, progress: Callable[[str], None] = lambda _: None) 
                 for tag in _INCLUDE.findall(texts[file])
                 if (match := _FILENAME.search(tag))
             )
-    found = [f for f in files if any(kind.is_found(f.name) for kind in file_kinds())]
     found += [f for f in texts if f.name not in included and _is_robot(f, texts[f])]
     if not found:
         message = f"{folder} contains no launch file, package.xml, xacro or URDF"
@@ -62,7 +69,7 @@ def _walk(folder: Path, progress: Callable[[str], None]) -> Iterator[Path]:
             continue
         folders[:] = [f for f in folders if f not in _SKIPPED and not f.startswith(".")]
         for name in names:
-            if name.endswith(_ROBOT) or any(kind.is_found(name) for kind in file_kinds()):
+            if name.endswith(_SEARCHED):
                 yield Path(root) / name
 
 

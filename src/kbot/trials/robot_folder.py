@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from kbot.checks.file_kinds import kind_of
 from kbot.checks.folder_files import entry_points
 from kbot.model.load import load_robot
 from kbot.text import DescriptionError, KbotError
@@ -40,7 +41,7 @@ def robot_of_folder(folder: str, package_path: Sequence[str] = (), shown: Callab
         KbotError: the folder has no robot, or several.
     """
     try:
-        robots = {file for file in entry_points(folder) if file.endswith(_ROBOT)}
+        robots = {file for file in entry_points(folder) if kind_of(file) is None}
     except DescriptionError:
         robots = set()
     found = sorted({*robots, *_of_includes(folder, package_path)})

@@ -28,6 +28,7 @@ from kbot.cli.ros.peer_flags import peer_options
 from kbot.cli.run_outputs import record_options, run_outputs
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError, Severity
+from kbot.text.file_kind import LAUNCH, kind_of_file
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
 
@@ -43,6 +44,8 @@ _NEEDS_SIMULATION = "needs a launch file that simulates a robot"
 
 _NAMED = 10
 """Launch files of a folder that an error lists."""
+_LAUNCH_SUFFIXES = (".launch", ".xml", ".yaml", ".yml", ".py")
+"""Endings of files that may be a launch file."""
 
 
 @click.command(
@@ -289,4 +292,4 @@ def _launch_files(folder: Path) -> list[str]:
 
 
 def _is_launch_file(file: Path) -> bool:
-    return file.suffix == ".launch" or file.name.endswith((".launch.py", ".launch.xml", ".launch.yaml"))
+    return file.suffix in _LAUNCH_SUFFIXES and file.is_file() and kind_of_file(str(file)) == LAUNCH
