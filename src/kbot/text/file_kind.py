@@ -32,11 +32,12 @@ _BY_ENDING = {
     ".world": WORLD,
 }
 _HEAD = 1 << 16
-"""Bytes of a file that are enough to find its kind, also after a long licence."""
+"""Bytes or characters of a file that are enough to find its kind, also after a long licence."""
 
 
 def file_kind(path: str, text: str) -> str:
-    """The kind of a file with this text: one of the names above, another root element, or empty if unknown."""
+    """The kind of a file with this text: one of the names above, another root element, or empty."""
+    text = text[:_HEAD]
     if path.endswith(".py"):
         found = LAUNCH if _PYTHON.search(text) else ""
     elif path.endswith((".yaml", ".yml")):
