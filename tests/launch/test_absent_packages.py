@@ -100,6 +100,36 @@ def test_absent_package_is_an_error_where_kbot_needs_its_file(
     assert found.origin.span.line == len(f"{HEAD}{AMENT}".splitlines()) + 3
 
 
+@pytest.mark.parametrize(
+    ("package", "name"),
+    [
+        ("nav2_bringup", "navigation_launch.py"),
+        ("slam_toolbox", "online_async_launch.py"),
+        ("robot_localization", "ekf.launch.py"),
+    ],
+)
+def test_absent_launch_file_of_nodes_that_kbot_does_not_run_is_a_warning(
+    folder: Path, package: str, name: str
+) -> None:
+    message = f"{name} of the absent package '{package}' is not read: KBot does not run its nodes"
+    include = (
+        f"IncludeLaunchDescription(PythonLaunchDescriptionSource([FindPackageShare('{package}'),"
+        f" '/launch/{name}']), launch_arguments={{'params_file': FileContent('/no/such.yaml')}}.items())"
+    )
+    (found,) = found_in(python(folder, include, node("'after'")))
+    assert (found.code, found.severity, found.message) == ("L012", "warning", message)
+    text = f'<launch><include file="$(find {package})/launch/{name}"/></launch>'
+    (folder / "a.launch").write_text(text)
+    (found,) = found_in(read_launch(str(folder / "a.launch"), {}, Packages(around=str(folder))))
+    assert (found.code, found.severity, found.message) == ("L012", "warning", message)
+
+
+def test_absent_launch_file_that_may_start_a_robot_is_an_error(folder: Path) -> None:
+    include = INCLUDE.format("FindPackageShare('nav2_bringup')").replace("a.launch", "tb3_simulation_launch")
+    (found,) = found_in(python(folder, include.replace("launch.py", "py")))
+    assert (found.code, found.severity) == ("L012", "error")
+
+
 @pytest.mark.parametrize("error", ["PackageNotFoundError", "(KeyError, OSError)", "Exception"])
 def test_launch_file_can_catch_the_error_of_an_absent_package(folder: Path, error: str) -> None:
     before = f"""{AMENT}

@@ -27,6 +27,7 @@ def test_controller_manager_helpers_add_spawners(folder: Path) -> None:
         folder,
         "generate_controllers_spawner_launch_description(['a', 'b'], ['/p.yaml'], ['--inactive'])",
         "generate_load_controller_launch_description('c')",
+        "generate_load_controller_launch_description(controller_name='f', controller_type='kind/F')",
         "generate_controllers_spawner_launch_description_from_dict({'d': ['/d.yaml'], 'e': None})",
         before=before.replace(
             "*",
@@ -42,6 +43,7 @@ def test_controller_manager_helpers_add_spawners(folder: Path) -> None:
             "a b --param-file /p.yaml --inactive --controller-manager controller_manager",
         ),
         ("controller_manager", "spawner", "c --controller-manager controller_manager"),
+        ("controller_manager", "spawner", "f -t kind/F --controller-manager controller_manager"),
         (
             "controller_manager",
             "spawner",

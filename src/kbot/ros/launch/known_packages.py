@@ -193,6 +193,23 @@ LAUNCH_FILES_2 = frozenset(
 )
 """ROS 2 launch files that KBot replaces. Their arguments are not checked."""
 
+_NOT_RUN: Mapping[str, frozenset[str] | None] = {
+    "nav2_bringup": frozenset(
+        {
+            "bringup_launch.py",
+            "localization_launch.py",
+            "navigation_launch.py",
+            "slam_launch.py",
+            "keepout_zone_launch.py",
+            "speed_zone_launch.py",
+        }
+    ),
+    "slam_toolbox": None,
+    "robot_localization": None,
+}
+"""Launch files whose nodes KBot does not run, by package; None means all of the package. The other files of
+nav2_bringup start a simulator, a robot or rviz."""
+
 
 _PROGRAMS: Mapping[str, Role] = {
     "gazebo": Role.SIMULATOR,
@@ -232,6 +249,12 @@ def role(package: str, type_: str, args: str = "") -> Role | None:
     if renamed:
         package, type_ = renamed.new_package, renamed.new_type
     return NODES.get(package, {}).get(type_)
+
+
+def is_not_run(package: str, launch_file: str) -> bool:
+    """Whether a launch file of a package starts only nodes that KBot does not run."""
+    names = _NOT_RUN.get(package, frozenset())
+    return names is None or launch_file in names
 
 
 def share_of(package: str) -> str:

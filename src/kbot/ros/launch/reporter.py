@@ -63,6 +63,12 @@ class Reporter:
         else:
             self.problem("L059", message, origin, found.hint, warning=True)
 
+    def unneeded_include(self, package: str, name: str, origin: Origin) -> None:
+        """Report a launch file of an absent package whose nodes KBot does not run."""
+        self.absent.require(package)
+        message = f"{name} of the absent package '{package}' is not read: KBot does not run its nodes"
+        self.problem("L012", message, origin, "run them with ROS", warning=True)
+
     def fault(self, error: LaunchError, origin: Origin) -> None:
         """Report an error. Once a limit is exceeded, later errors are only its consequences and are not
         reported."""

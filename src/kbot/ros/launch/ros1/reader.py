@@ -13,6 +13,7 @@ from kbot.ros.launch.known_packages import (
     NODES,
     RENAMED,
     SPAWN_MODEL_VALUES,
+    is_not_run,
     stand_in_file,
 )
 from kbot.ros.launch.launch_error import LaunchError
@@ -270,6 +271,9 @@ class _Reader:
         name = Path(file).name
         defaults = LAUNCH_FILES.get((package, name))
         origin = context.attribute_origin(element, "file")
+        if is_not_run(package, name):
+            self.reporter.unneeded_include(package, name, part_of(origin, f"$(find {package})"))
+            return
         if defaults is None:
             names_ = [f for p, f in LAUNCH_FILES if p == package]
             hint = did_you_mean(name, names_) or self.reporter.absent.require(package)

@@ -302,11 +302,14 @@ class ActionVisitor:
     def _include(self, action: act.IncludeLaunchDescription, origin: Origin) -> None:
         context = self.context
         path = performed(action.location, context)
+        stand_in = known_packages.stand_in_file(path) or _not_built(path)
+        package, name = (stand_in[0], Path(stand_in[1]).name) if stand_in else ("", "")
+        if known_packages.is_not_run(package, name):
+            self.reporter.unneeded_include(package, name, origin)
+            return
         passed = {performed(k, context): performed(v, context) for k, v in action.launch_arguments}
         context.launch_configurations.update(passed)
-        stand_in = known_packages.stand_in_file(path) or _not_built(path)
         if stand_in:
-            package, name = stand_in[0], Path(stand_in[1]).name
             makers = package_actions.LAUNCH_FILES.get((package, name), ())
             for maker in makers:
                 self.visit_all([maker(**passed)])
