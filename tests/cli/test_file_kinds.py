@@ -9,8 +9,10 @@ import yaml
 
 from kbot.checks.folder_files import entry_points
 from kbot.cli.main import run
+from kbot.templates.package import find_robot
 from kbot.text import KbotError
 from kbot.trials.robot_folder import robot_of_folder
+from kbot.world import load_world
 
 ROOT = Path(__file__).parents[2]
 ROBOT = '<robot name="r"><link name="base"/></robot>'
@@ -103,6 +105,20 @@ def test_verb_for_robots_names_the_verb_for_launch_files(
 def test_launch_lists_the_launch_files_of_a_folder(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run(["launch", "."])
     assert "demo_launch.py, demo_launch.yaml, show_launch.xml" in capsys.readouterr().err
+
+
+def test_world_in_a_file_of_any_name_is_loaded(package: Path) -> None:
+    (package / "room.xml").write_text("<sdf version='1.9'><world name='room'/></sdf>")
+    assert load_world("room.xml").name == "room"
+    with pytest.raises(KbotError, match=r"robot\.xml is not a world"):
+        load_world("robot.xml")
+
+
+def test_new_finds_the_robot_of_a_package_by_its_content(package: Path) -> None:
+    (package / "urdf").mkdir()
+    (package / "urdf" / "a.urdf").write_text(LAUNCH)
+    (package / "urdf" / "b.xml").write_text(ROBOT)
+    assert find_robot(package, "mine") == Path("urdf/b.xml")
 
 
 def test_pre_commit_runs_for_each_ending_of_a_checked_file() -> None:

@@ -10,10 +10,12 @@ from kbot.checks.file_kinds import kind_of
 from kbot.checks.folder_files import entry_points
 from kbot.model.load import load_robot
 from kbot.text import DescriptionError, KbotError
+from kbot.text.file_kind import ROBOT, kind_of_file
 from kbot.xacro import Packages
 from kbot.xacro.packages import package_around
 
-_ROBOT = (".xacro", ".urdf")
+_SUFFIXES = (".xacro", ".urdf", ".xml")
+"""Endings of files that may be a robot."""
 _TRIED = 100
 """Files of a package that are loaded to find its robot."""
 _LISTED = 8
@@ -23,6 +25,11 @@ _LISTED = 8
 def absolute(path: str | os.PathLike[str]) -> str:
     """An absolute path without `..`. Symbolic links are not resolved."""
     return os.path.normpath(Path(path).absolute())
+
+
+def is_robot_file(file: Path) -> bool:
+    """Whether a file is a robot or a part of one. Only the files of some endings are read."""
+    return file.suffix in _SUFFIXES and kind_of_file(str(file)) == ROBOT
 
 
 def own_package(file: str) -> tuple[str, ...]:
@@ -55,7 +62,7 @@ def robot_of_folder(folder: str, package_path: Sequence[str] = (), shown: Callab
 
 def _of_includes(folder: str, package_path: Sequence[str]) -> Iterator[str]:
     """The descriptions of a folder that are a whole robot only with the files that they include."""
-    files = (str(file) for file in Path(folder).rglob("*") if file.name.endswith(_ROBOT))
+    files = (str(file) for file in Path(folder).rglob("*") if is_robot_file(file))
     loaded = {
         file: load_robot(file, packages=Packages((*own_package(file), *package_path)))
         for file in sorted(files)[:_TRIED]

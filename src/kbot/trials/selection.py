@@ -15,7 +15,7 @@ from kbot.trials.errors import first_error, sentence
 from kbot.trials.formats import summary_of
 from kbot.trials.places import ROBOT_SUFFIXES, find_robot
 from kbot.trials.pool import Outcome, Pool, Task, load_once
-from kbot.trials.robot_folder import robot_of_folder
+from kbot.trials.robot_folder import is_robot_file, robot_of_folder
 from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_file import (
     SUFFIXES,
@@ -302,7 +302,7 @@ def _has_only_robots(word: str) -> bool:
 
 
 def _has_robot(folder: str) -> bool:
-    return any(path.suffix in (".xacro", ".urdf") for path in Path(folder).rglob("*"))
+    return any(is_robot_file(path) for path in Path(folder).rglob("*"))
 
 
 def robot_path(word: str) -> str:

@@ -32,6 +32,7 @@ from kbot.ros.launch.ros2.xacro_module import xacro_functions
 from kbot.ros.parameter_values import convert
 from kbot.text import Diagnostic, KbotError, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
+from kbot.text.file_kind import ROBOT, kind_of_file
 from kbot.text.suggest import did_you_mean
 
 _T = TypeVar("_T")
@@ -103,7 +104,9 @@ class PythonFiles:
 
     def _open(self, path: Any, mode: str = "r", *args: Any, **more: Any) -> IO[Any]:
         """`open`, which also remembers the file of each robot text."""
-        if mode in ("r", "rt") and Path(path).suffix in (".urdf", ".xacro", ".xml"):
+        # a missing .xml may be in the source of a package that is not built, where read_source finds it
+        is_robot = kind_of_file(str(path)) == ROBOT or str(path).endswith(".xml")
+        if mode in ("r", "rt") and is_robot:
             text = read_source(path).text
             self.context.descriptions[text] = RobotDescription(str(path), {})
             return StringIO(text)

@@ -70,8 +70,10 @@ def _module(frame: FrameType) -> str:
 
 def _names(expression: ast.expr) -> set[str]:
     """The names in `except NAME`, `except module.NAME` and `except (NAME, NAME)`."""
-    parts = ast.walk(expression)
-    return {getattr(part, "id", None) or getattr(part, "attr", "") for part in parts}
+    parts = list(ast.walk(expression))
+    return {part.id for part in parts if isinstance(part, ast.Name)} | {
+        part.attr for part in parts if isinstance(part, ast.Attribute)
+    }
 
 
 @lru_cache(maxsize=8)
