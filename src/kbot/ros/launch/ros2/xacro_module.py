@@ -106,7 +106,7 @@ class _Xacro:
         text = doc.toxml()
         if not path or text != parsed:  # a launch file can also build or change a document
             path = scratch_file(text, ".xacro")
-        expanded, _ = self._expand(path, mappings)
+        expanded = self._expand(path, mappings)[0]
         while doc.firstChild is not None:
             doc.removeChild(doc.firstChild)
         for node in list(expanded.childNodes):
