@@ -70,6 +70,8 @@ class TagReader:
 
     def resolve(self, element: Element, name: str, raw: str, context: LaunchScope) -> str | None:
         """The value of an attribute after substitution. An error is reported, and None is returned."""
+        if "$" not in raw:
+            return raw
         origin = context.attribute_origin(element, name)
         try:
             return self._scope(context, origin).resolve(raw)
