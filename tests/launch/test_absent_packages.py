@@ -55,8 +55,8 @@ def test_absent_package_is_a_warning_where_it_is_used(
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        (INCLUDE.format(FIND), "'nav9' is not installed, and KBot cannot replace its a.launch.py"),
-        (INCLUDE.format(SHARE), "'nav9' is not installed, and KBot cannot replace its a.launch.py"),
+        (INCLUDE.format(FIND), "the package 'nav9' is not found"),
+        (INCLUDE.format(SHARE), "the package 'nav9' is not found"),
         (
             PUBLISHER.format(f"{{'robot_description': Command(['xacro ', {FIND}, '/r.xacro'])}}"),
             "r.xacro of the absent package 'nav9' does not exist",

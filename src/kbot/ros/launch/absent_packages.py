@@ -38,6 +38,13 @@ class AbsentPackages:
         warning = self._warnings.get(package)
         return warning.hint if warning else "install the package"
 
+    def missing_include(self, package: str, name: str) -> tuple[str, str]:
+        """The message and the hint of the error for a launch file of a package that is not installed."""
+        hint = self.require(package)
+        if package in self._warnings:
+            return f"the package '{package}' is not found", hint
+        return f"the package '{package}' is not installed, and KBot cannot replace its {name}", hint
+
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """A warning for each package of which KBot needs nothing, where it is used first."""

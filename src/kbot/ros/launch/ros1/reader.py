@@ -276,10 +276,9 @@ class _Reader:
             return
         if defaults is None:
             names_ = [f for p, f in LAUNCH_FILES if p == package]
-            hint = did_you_mean(name, names_) or self.reporter.absent.require(package)
-            message = f"the package '{package}' is not installed, and KBot cannot replace its {name}"
+            message, hint = self.reporter.absent.missing_include(package, name)
             where = part_of(origin, f"$(find {package})")
-            self.reporter.problem("L012", message, where, hint)
+            self.reporter.problem("L012", message, where, did_you_mean(name, names_) or hint)
             return
         report_unused(passed, set(defaults), name, self.reporter)
         arguments = {**defaults, **{key: value for key, (value, _) in passed.items()}}

@@ -316,8 +316,7 @@ class ActionVisitor:
             if makers:
                 return
             if (package, name) not in known_packages.LAUNCH_FILES_2:
-                message = f"the package '{package}' is not installed, and KBot cannot replace its {name}"
-                raise LaunchError("L012", message, context.absent.require(package))
+                raise LaunchError("L012", *context.absent.missing_include(package, name))
             # Gazebo Classic's files read arguments of the file that includes them, such as `world`
             given = dict(context.launch_configurations) if package == "gazebo_ros" else passed
             self.included.append(Included(package, name, given, context.namespace, origin))
