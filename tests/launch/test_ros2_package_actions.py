@@ -27,6 +27,7 @@ def test_controller_manager_helpers_add_spawners(folder: Path) -> None:
         folder,
         "generate_controllers_spawner_launch_description(['a', 'b'], ['/p.yaml'], ['--inactive'])",
         "generate_load_controller_launch_description('c')",
+        "generate_load_controller_launch_description(controller_name='f', controller_type='kind/F')",
         "generate_controllers_spawner_launch_description_from_dict({'d': ['/d.yaml'], 'e': None})",
         before=before.replace(
             "*",
@@ -42,6 +43,7 @@ def test_controller_manager_helpers_add_spawners(folder: Path) -> None:
             "a b --param-file /p.yaml --inactive --controller-manager controller_manager",
         ),
         ("controller_manager", "spawner", "c --controller-manager controller_manager"),
+        ("controller_manager", "spawner", "f -t kind/F --controller-manager controller_manager"),
         (
             "controller_manager",
             "spawner",
@@ -182,3 +184,26 @@ def test_description_changed_by_the_launch_file_is_still_the_robot(folder: Path)
     renamed = clean(python(folder, publisher % "'base', 'other'", before=before))
     path = stage(renamed).robots[0].path
     assert '"other"' in Path(path).read_text()
+
+
+def test_robot_in_a_file_of_any_name_is_known_after_open(folder: Path) -> None:
+    (folder / "robot.txt").write_text(ROBOT)
+    publisher = (
+        "Node(package='robot_state_publisher', executable='robot_state_publisher', parameters=["
+        "{'robot_description': open(os.path.join(os.path.dirname(__file__), 'robot.txt')).read()}])"
+    )
+    assert stage(clean(python(folder, publisher))).robots[0].path == str(folder / "robot.txt")
+
+
+@pytest.mark.parametrize(("name", "options", "is_model"), [("a.xml", "", True), ("a.sdf", "'-sdf', ", False)])
+def test_spawned_file_is_a_robot_or_an_sdf_model_by_its_content(
+    folder: Path, name: str, options: str, is_model: bool
+) -> None:
+    text = "<sdf version='1.9'><model name='m'/></sdf>" if is_model else ROBOT
+    (folder / name).write_text(text)
+    spawner = (
+        f"Node(package='gazebo_ros', executable='spawn_entity.py', arguments=[{options}'-file',"
+        f" os.path.join(os.path.dirname(__file__), '{name}'), '-entity', 'm'])"
+    )
+    staged = stage(clean(python(folder, spawner)))
+    assert (len(staged.models), len(staged.robots)) == (is_model, not is_model)

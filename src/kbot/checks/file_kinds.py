@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from pathlib import PurePath
 
 from kbot.checks.config import Config
 from kbot.extensions import parts
 from kbot.text import Diagnostic, Source
+from kbot.text.file_kind import ROBOT, file_kind, kind_of_file
 from kbot.xacro import Packages
 
 _MANIFEST = "kbot.checks.manifest:PACKAGE_MANIFEST"
@@ -22,25 +22,15 @@ Check = Callable[[Source, Mapping[str, str], Packages, Config], tuple[list[Diagn
 
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """A kind of file, recognised by its name.
+    """A kind of file.
 
-    An entry of `endings` is a suffix (`.launch`) or a whole name (`package.xml`). Files in `only_by_name` are
-    programs: they are checked when named, but not found by a folder search. `has_arguments`: name:=value may
-    set an argument of the file itself.
+    kind           its name in `kbot.text.file_kind`
+    has_arguments  whether name:=value may set an argument of the file itself
     """
 
-    endings: tuple[str, ...]
+    kind: str
     check: Check
-    only_by_name: tuple[str, ...] = ()
     has_arguments: bool = False
-
-    def is_found(self, name: str) -> bool:
-        """Whether a folder search finds a file of this name."""
-        return any(name == ending or (ending[0] == "." and name.endswith(ending)) for ending in self.endings)
-
-    def fits(self, path: str) -> bool:
-        name = PurePath(path).name
-        return self.is_found(name) or name.endswith(self.only_by_name)
 
 
 @cache
@@ -52,8 +42,10 @@ def file_kinds() -> tuple[FileKind, ...]:
     return tuple(found)
 
 
-def kind_of(path: str) -> FileKind | None:
-    """The kind of a file; None for a description."""
-    if path.endswith((".xacro", ".urdf")):  # the usual case: do not import the other kinds
+def kind_of(path: str, text: str | None = None) -> FileKind | None:
+    """The kind of a file; None for a description. `text` is its content if that differs from the file on
+    disk."""
+    found = kind_of_file(path) if text is None else file_kind(path, text)
+    if found == ROBOT:  # the usual case: do not import the other kinds
         return None
-    return next((kind for kind in file_kinds() if kind.fits(path)), None)
+    return next((each for each in file_kinds() if each.kind == found), None)

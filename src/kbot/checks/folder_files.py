@@ -10,9 +10,12 @@ from pathlib import Path
 
 from kbot.checks.file_kinds import file_kinds
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, parse_xml, read_source
+from kbot.text.file_kind import ROBOT, kind_of_file
 from kbot.text.folders import files_below
 
 _ROBOT = (".xacro", ".urdf")
+_SEARCHED = (*_ROBOT, ".launch", ".xml", ".yaml", ".yml")
+"""Endings of files that may be one to check. Launch files in Python are programs, and not searched."""
 _INCLUDE = re.compile(r"""<xacro:include\b[^<>]*""")
 _FILENAME = re.compile(r"""\bfilename\s*=\s*["']([^"']+)["']""")
 
@@ -29,32 +32,32 @@ def entry_points(folder: str, progress: Callable[[str], None] = lambda _: None) 
         DescriptionError: F006, the folder has no such file.
         KbotError: it has too many files.
     """
-    files = list(files_below(folder, _is_wanted, lambda at: progress(f"looking for files in {at}")))
+    files = files_below(
+        folder, lambda name: name.endswith(_SEARCHED), lambda at: progress(f"looking for files in {at}")
+    )
     included: set[str] = set()
-    robots = [file for file in files if file.endswith(_ROBOT)]
-    for file in robots:
+    others = {kind.kind for kind in file_kinds()}
+    found: list[str] = []
+    robots: list[str] = []
+    for file in files:
         progress(f"reading {file}")
-        with suppress(DescriptionError):
-            included.update(
-                os.path.basename(match[1])
-                for tag in _INCLUDE.findall(read_source(file).text)
-                if (match := _FILENAME.search(tag))
-            )
-    found = [file for file in files if _is_of_other_kind(os.path.basename(file))]
+        kind = kind_of_file(file)
+        if kind in others:
+            found.append(file)
+        elif kind == ROBOT or file.endswith(_ROBOT):
+            robots.append(file)
+            with suppress(DescriptionError):
+                included.update(
+                    os.path.basename(match[1])
+                    for tag in _INCLUDE.findall(read_source(file).text)
+                    if (match := _FILENAME.search(tag))
+                )
     found += [file for file in robots if os.path.basename(file) not in included and _is_robot(file)]
     if not found:
         message = f"{folder} contains no launch file, package.xml, xacro or URDF"
         place = Origin(Span(Source(folder, ""), 0, 0))
         raise DescriptionError([Diagnostic("F006", Severity.ERROR, message, place)])
     return sorted(found, key=Path)
-
-
-def _is_wanted(name: str) -> bool:
-    return name.endswith(_ROBOT) or _is_of_other_kind(name)
-
-
-def _is_of_other_kind(name: str) -> bool:
-    return any(kind.is_found(name) for kind in file_kinds())
 
 
 def _is_robot(file: str) -> bool:

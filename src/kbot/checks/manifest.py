@@ -8,6 +8,7 @@ from kbot.checks.config import Config
 from kbot.checks.file_kinds import FileKind
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, parse_xml
 from kbot.text.diagnostic import ROS_PREFIX
+from kbot.text.file_kind import PACKAGE
 from kbot.xacro import Packages
 
 _REQUIRED = ("name", "version", "description", "maintainer", "license")
@@ -49,4 +50,4 @@ def _has_content(element: Element | None) -> bool:
     return element is not None and bool(element.text.strip() or next(element.elements(), None))
 
 
-PACKAGE_MANIFEST = FileKind(("package.xml",), check_manifest)
+PACKAGE_MANIFEST = FileKind(PACKAGE, check_manifest)

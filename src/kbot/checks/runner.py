@@ -147,7 +147,7 @@ def _findings(
     properties: Mapping[str, str] | None,
 ) -> list[Diagnostic]:
     """The findings of a file, by its kind, without those that a comment suppresses."""
-    kind = kind_of(path)
+    kind = kind_of(path, source.text)
     if kind is None:
         return _of_description(examine(source, arguments, packages, config, properties))
     found, sources = kind.check(source, arguments, packages, config)

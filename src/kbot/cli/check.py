@@ -244,15 +244,19 @@ def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_
     resolved = dict[int, Assignments]()
     known = defaultdict[str, set[str]](set)
     """The names that a file has with any set of arguments, by the file's path."""
+    takes_others = False
+    """Whether a file is a launch file, which has arguments of its own."""
     for index, job in enumerate(jobs):
-        if kind_of(job.path) is None:
+        kind = kind_of(job.path)
+        takes_others |= kind is not None and kind.has_arguments
+        if kind is None:
             names = resolve_names(job.path, values, job.packages, arguments=job.arguments)
             for text in names.notes:
                 note(text)
             resolved[index] = names
             known[job.path] |= values.keys() - names.unknown.keys()
     unknown = [names.unknown for names in resolved.values()]
-    if unknown and not any(kind.has_arguments for kind in map(kind_of, (j.path for j in jobs)) if kind):
+    if unknown and not takes_others:
         errors = [unknown[0][name] for name in values if all(name in of_file for of_file in unknown)]
         if errors:
             raise DescriptionError(errors)

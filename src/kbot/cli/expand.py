@@ -110,6 +110,8 @@ def command(
         )
     if expansion.ok and properties.keys() - expansion.overridden.keys():
         raise DescriptionError(_not_overridden(properties, expansion))
+    if not expansion.ok:
+        refuse_launch_file(expansion)
     report(d for d in expansion.diagnostics if d.is_error or level > 0)
     if not expansion.ok:
         sys.stderr.flush()
@@ -128,6 +130,19 @@ def command(
         _write(output, " ".join(expansion.dependencies))
     else:
         _write(output, text)
+
+
+def refuse_launch_file(expansion: Expansion) -> None:
+    """Raise DescriptionError if the text of a launch file cannot be expanded: its `$(…)` are not those of
+    xacro. Other files, such as SDF, may be xacro too."""
+    from kbot.model.load import other_kind  # only for an error: a plain expansion is fast
+    from kbot.text.file_kind import LAUNCH, file_kind
+
+    found = other_kind(expansion)
+    if found is not None and found.origin is not None:
+        source = found.origin.span.source
+        if file_kind(source.path, source.text) == LAUNCH:
+            raise DescriptionError([found])
 
 
 def robot_path(file: str) -> str:

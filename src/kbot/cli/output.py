@@ -15,6 +15,7 @@ import click
 
 from kbot.text.diagnostic import Diagnostic
 from kbot.text.errors import DescriptionError, KbotError
+from kbot.text.file_kind import ROBOT, kind_of_file
 from kbot.text.files import read_source
 from kbot.text.render import render_text
 
@@ -52,7 +53,7 @@ def report_for_page(loaded: Loaded) -> None:
         path = loaded.expansion.path or ""
         read_source(path)
         is_other_kind = any(diagnostic.code == "U001" for diagnostic in loaded.diagnostics)
-        if is_other_kind or not path.endswith(_DESCRIPTIONS):
+        if is_other_kind or not (path.endswith(_DESCRIPTIONS) or kind_of_file(path) == ROBOT):
             raise DescriptionError(loaded.diagnostics)
         report(loaded.diagnostics)
         print_fix_command(loaded.diagnostics)

@@ -14,7 +14,7 @@ from kbot.cli.arguments import (
     resolve_typed_names,
     split_arguments,
 )
-from kbot.cli.expand import robot_path
+from kbot.cli.expand import refuse_launch_file, robot_path
 from kbot.cli.output import print_json, report
 from kbot.text.errors import KbotError
 from kbot.text.span import Span
@@ -54,7 +54,9 @@ def command(words: tuple[str, ...], package_path: tuple[str, ...], as_json: bool
     given = resolve_typed_names(file, values, package_path)
     expansion = expand(
         robot_path(file), given.arguments, properties=given.properties, packages=Packages(package_path)
-    ).require()
+    )
+    refuse_launch_file(expansion)
+    expansion.require()
     report(d for d in expansion.diagnostics if d.is_error)
     found: list[Trace] | list[Definition] = _traces(expansion, name)
     if not found:

@@ -14,6 +14,7 @@ from kbot.model.read import read_robot
 from kbot.model.robot import RobotModel
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, Span
 from kbot.text.errors import reading
+from kbot.text.file_kind import ROBOT, file_kind, not_a_robot
 from kbot.text.xml import MAX_READ_NESTING, parse_document
 from kbot.text.xml_nodes import Comment, Instruction
 from kbot.xacro import Expansion, Packages, expand, expand_text
@@ -134,7 +135,26 @@ def _xacro_in(root: Element) -> Origin | None:
     return None
 
 
+def other_kind(expansion: Expansion) -> Diagnostic | None:
+    """The error for a file of another kind, such as a launch file, that cannot be expanded as a robot. Its
+    other errors do not matter. None for a robot."""
+    places = [d.origin for d in expansion.diagnostics if d.is_error and d.origin]
+    if not places:
+        return None
+    root = expansion.document
+    place = Origin(root.origin.span) if root else places[0]
+    source = place.span.source
+    kind = file_kind(source.path, source.text)
+    if kind in ("", ROBOT):
+        return None
+    message, hint = not_a_robot(kind, f"<{root.tag}>" if root else source.path)
+    return Diagnostic("U001", Severity.ERROR, message, place, hint)
+
+
 def _read(expansion: Expansion, packages: Packages) -> Loaded:
+    other = other_kind(expansion)
+    if other is not None:
+        return Loaded(None, expansion, (other,), packages)
     if expansion.document is None:
         return Loaded(None, expansion, expansion.diagnostics, packages)
     with reading(expansion.path or ""):

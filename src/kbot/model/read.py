@@ -30,6 +30,7 @@ from kbot.model.robot import (
     Visual,
 )
 from kbot.text import DescriptionError, Diagnostic, Element, Origin, Related
+from kbot.text.file_kind import not_a_robot
 from kbot.text.suggest import Candidates, did_you_mean, nearest
 
 
@@ -414,10 +415,8 @@ def read_robot(
     """
     values = AttributeReader(packages, names)
     if document.tag != "robot":
-        hint = "a robot starts with <robot name='…'>"
-        if document.tag == "sdf":
-            hint = "KBot reads robots from URDF and xacro files. For an SDF world, use kbot sim --world FILE"
-        values.error("U001", f"<{document.tag}> is not a robot", document.origin, hint)
+        message, hint = not_a_robot(document.tag, f"<{document.tag}>")
+        values.error("U001", message, document.origin, hint)
         return RobotReading(None, tuple(values.diagnostics))
     name = document.attributes.get("name")
     if name is None or not name.strip():

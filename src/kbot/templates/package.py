@@ -12,6 +12,7 @@ from pathlib import Path
 from kbot.brief import Brief
 from kbot.model.load import load_robot
 from kbot.text import KbotError
+from kbot.text.file_kind import ROBOT, kind_of_file
 
 TEMPLATE = Path(__file__).parent / "robot"
 FILLED = ".in"
@@ -153,7 +154,7 @@ def find_robot(folder: Path, name: str) -> Path | None:
 
     Of several, it is the one with the package's name, or the first that no other file includes.
     """
-    files = sorted(file for file in (folder / "urdf").glob("*") if file.suffix in (".xacro", ".urdf"))
+    files = sorted(file for file in (folder / "urdf").glob("*") if kind_of_file(str(file)) == ROBOT)
     texts = {file: file.read_text(encoding="utf-8", errors="replace") for file in files if file.is_file()}
     robots = [file for file, text in texts.items() if _NAMED_ROBOT.search(text)]
     robots.sort(

@@ -6,14 +6,17 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from kbot.checks.file_kinds import kind_of
 from kbot.checks.folder_files import entry_points
 from kbot.model.load import load_robot
 from kbot.text import DescriptionError, KbotError
+from kbot.text.file_kind import ROBOT, kind_of_file
 from kbot.text.folders import files_below
 from kbot.xacro import Packages
 from kbot.xacro.packages import package_around
 
-_ROBOT = (".xacro", ".urdf")
+_SUFFIXES = (".xacro", ".urdf", ".xml")
+"""Endings of files that may be a robot."""
 _TRIED = 100
 """Files of a package that are loaded to find its robot."""
 _LISTED = 8
@@ -23,6 +26,15 @@ _LISTED = 8
 def absolute(path: str | os.PathLike[str]) -> str:
     """An absolute path without `..`. Symbolic links are not resolved."""
     return os.path.normpath(Path(path).absolute())
+
+
+def robot_files(folder: str) -> Iterator[str]:
+    """The files below a folder that are a robot or a part of one. Only the files of some endings are read.
+
+    Raises KbotError: the folder has too many files.
+    """
+    files = files_below(folder, lambda name: name.endswith(_SUFFIXES))
+    return (file for file in files if kind_of_file(file) == ROBOT)
 
 
 def own_package(file: str) -> tuple[str, ...]:
@@ -41,7 +53,7 @@ def robot_of_folder(folder: str, package_path: Sequence[str] = (), shown: Callab
         KbotError: the folder has no robot, several, or too many files.
     """
     try:
-        robots = {file for file in entry_points(folder) if file.endswith(_ROBOT)}
+        robots = {file for file in entry_points(folder) if kind_of(file) is None}
     except DescriptionError:
         robots = set()
     found = sorted({*robots, *_of_includes(folder, package_path)})
@@ -55,10 +67,9 @@ def robot_of_folder(folder: str, package_path: Sequence[str] = (), shown: Callab
 
 def _of_includes(folder: str, package_path: Sequence[str]) -> Iterator[str]:
     """The descriptions of a folder that are a whole robot only with the files that they include."""
-    files = files_below(folder, lambda name: name.endswith(_ROBOT))
     loaded = {
         file: load_robot(file, packages=Packages((*own_package(file), *package_path)))
-        for file in sorted(files)[:_TRIED]
+        for file in sorted(robot_files(folder))[:_TRIED]
     }
     used = {absolute(name) for found in loaded.values() for name in found.expansion.dependencies}
     for file, found in loaded.items():

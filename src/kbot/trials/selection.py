@@ -9,14 +9,14 @@ from pathlib import Path
 from kbot.model import RobotModel
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import DescriptionError, KbotError
-from kbot.text.folders import files_below, names_in
+from kbot.text.folders import names_in
 from kbot.text.suggest import did_you_mean, suggest_or_list
 from kbot.trials.batteries import BATTERIES, NotApplicable, battery
 from kbot.trials.errors import first_error, sentence
 from kbot.trials.formats import summary_of
 from kbot.trials.places import ROBOT_SUFFIXES, find_robot
 from kbot.trials.pool import Outcome, Pool, Task, load_once
-from kbot.trials.robot_folder import robot_of_folder
+from kbot.trials.robot_folder import robot_files, robot_of_folder
 from kbot.trials.scenario import RobotSource, Scenario
 from kbot.trials.scenario_file import (
     SUFFIXES,
@@ -303,7 +303,7 @@ def _has_only_robots(word: str) -> bool:
 
 
 def _has_robot(folder: str) -> bool:
-    return any(files_below(folder, lambda name: name.endswith((".xacro", ".urdf"))))
+    return any(True for _ in robot_files(folder))
 
 
 def robot_path(word: str) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from kbot.kinematics.transform import Transform
 from kbot.text import KbotError
 from kbot.text.errors import reading
+from kbot.text.file_kind import WORLD, kind_of_file
 from kbot.text.suggest import did_you_mean
 from kbot.world.builders import WALL, floor
 from kbot.world.builtin.registry import BUILDERS, build_world
@@ -84,8 +85,8 @@ MAP_SUFFIXES = (".yaml", ".yml")
 def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
     """Load a world. A World is returned unchanged.
 
-    `world` names a built-in world (`boxes`, `maze:size=8,seed=3`), an SDF file (`.world`, `.sdf`) or a map
-    (`.yaml`).
+    `world` names a built-in world (`boxes`, `maze:size=8,seed=3`), an SDF file (`.world`, `.sdf`, or any name
+    if its root is `<sdf>`) or a map (`.yaml`).
 
     Raises:
         DescriptionError: a file cannot be used. It carries all errors.
@@ -99,7 +100,7 @@ def load_world(world: str | os.PathLike[str] | World = "empty") -> World:
         )
     text = os.fspath(world)
     suffix = Path(text).suffix.lower()
-    if suffix in SDF_SUFFIXES:
+    if suffix in SDF_SUFFIXES or (Path(text).is_file() and kind_of_file(text) == WORLD):
         from kbot.world.sdf import read_sdf  # imported here for start-up time: built-in worlds do not need it
 
         with reading(text):

@@ -117,6 +117,10 @@ def _env(run: Run, words: list[str]) -> str:
         raise XacroError("X111", f"$(env VARIABLE) takes one name, not {len(words)}")
     value = os.environ.get(words[0])
     if value is None:
+        from kbot.xacro.ros_variables import ros_value  # rarely needed: start-up time
+
+        value = ros_value(words[0])
+    if value is None:
         hint = (
             did_you_mean(words[0], os.environ) or f"set it, or give a default: $(optenv {words[0]} default)"
         )

@@ -13,6 +13,7 @@ from kbot.ros.launch import Plan, is_ros_2, read_launch, read_launch_2
 from kbot.ros.launch.node_settings.rviz import missing_displays
 from kbot.ros.launch.plan import Param, RobotDescription
 from kbot.text import DescriptionError, Diagnostic, Origin, Related, Severity, Source, read_source
+from kbot.text.file_kind import LAUNCH
 from kbot.xacro import Packages
 
 _SPAWNERS = ("spawn_model", "spawn_entity.py", "create")
@@ -96,9 +97,4 @@ def _two_publishers(plan: Plan, packages: Packages) -> Iterator[Diagnostic]:
                 )
 
 
-LAUNCH_FILES = FileKind(
-    (".launch", ".launch.xml", ".launch.yaml", ".launch.yml"),
-    check_launch,
-    only_by_name=(".launch.py",),
-    has_arguments=True,
-)
+LAUNCH_FILES = FileKind(LAUNCH, check_launch, has_arguments=True)

@@ -14,6 +14,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from kbot.ros.launch.includes import charge
+from kbot.ros.launch.known_packages import stand_in_file
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.quoting import split_words
@@ -151,8 +152,11 @@ def expand_within(budget: Budget, file: str, arguments: Mapping[str, str], packa
     """Expand a description. The work is charged to the budget of the launch file.
 
     Raises:
-        LaunchError: L070, all descriptions and files together exceed the budget.
+        LaunchError: L012, the file is in an absent package; L070, all descriptions and files together exceed
+            the budget.
     """
+    if stand_in_file(file):
+        raise LaunchError("L012", f"{file} does not exist")
     limits = Limits(steps=max(budget.steps, 0))
     expansion = expand(file, arguments, packages=packages.beside(file), limits=limits, lenient=True)
     charge(budget, file, expansion.steps + (len(expansion.text) >> 3), "takes too many steps to expand")

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-_SHARE = "/opt/ros/stand-in/share"
+from kbot.xacro.ros_variables import STAND_IN_PREFIX
+
+_SHARE = f"{STAND_IN_PREFIX}/share"
 """The folder that `$(find …)` gives for packages that are not installed. It does not exist."""
 
 
@@ -191,6 +193,23 @@ LAUNCH_FILES_2 = frozenset(
 )
 """ROS 2 launch files that KBot replaces. Their arguments are not checked."""
 
+_NOT_RUN: Mapping[str, frozenset[str] | None] = {
+    "nav2_bringup": frozenset(
+        {
+            "bringup_launch.py",
+            "localization_launch.py",
+            "navigation_launch.py",
+            "slam_launch.py",
+            "keepout_zone_launch.py",
+            "speed_zone_launch.py",
+        }
+    ),
+    "slam_toolbox": None,
+    "robot_localization": None,
+}
+"""Launch files whose nodes KBot does not run, by package; None means all of the package. The other files of
+nav2_bringup start a simulator, a robot or rviz."""
+
 
 _PROGRAMS: Mapping[str, Role] = {
     "gazebo": Role.SIMULATOR,
@@ -232,6 +251,12 @@ def role(package: str, type_: str, args: str = "") -> Role | None:
     return NODES.get(package, {}).get(type_)
 
 
+def is_not_run(package: str, launch_file: str) -> bool:
+    """Whether a launch file of a package starts only nodes that KBot does not run."""
+    names = _NOT_RUN.get(package, frozenset())
+    return names is None or launch_file in names
+
+
 def share_of(package: str) -> str:
     """The path that `$(find …)` gives for a package that KBot replaces and that is not installed."""
     return f"{_SHARE}/{package}"
@@ -239,6 +264,7 @@ def share_of(package: str) -> str:
 
 def stand_in_file(path: str) -> tuple[str, str] | None:
     """The package, and the path in it, of a file under a path of `share_of`. None for any other file."""
+    path = path.replace("\\", "/")  # of Path on Windows
     if not path.startswith(_SHARE + "/"):
         return None
     package, _, inner = path[len(_SHARE) + 1 :].partition("/")

@@ -15,3 +15,7 @@ class LaunchError(Exception):
     ) -> None:
         super().__init__(message)
         self.code, self.message, self.hint, self.piece, self.is_limit = code, message, hint, piece, is_limit
+
+
+class LaunchPackageError(LaunchError, KeyError):
+    """A package that is not found. Launch files catch it as PackageNotFoundError, which is a KeyError."""

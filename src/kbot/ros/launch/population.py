@@ -8,7 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from kbot.model.spawned import SpawnedController
+from kbot.ros.launch.absent_packages import absent_package
 from kbot.ros.launch.known_packages import Role, role
+from kbot.ros.launch.node_arguments import place_of_value
 from kbot.ros.launch.node_settings.gazebo import GazeboSettings
 from kbot.ros.launch.node_settings.spawning import SpawnedRobot, SpawnRequest, is_sdf, read_spawn, spawned
 from kbot.ros.launch.plan import Param, Plan, PlannedNode, RobotDescription
@@ -39,6 +41,8 @@ def read_population(
             unmatched.append(node)
         elif any(spawn.model == other.spawn.model for other in (*robots, *models)):
             notes.append(_name_taken(node, spawn))
+        elif absent_package(description.path) is not None:
+            notes.append(_file_missing(node, description.path))
         elif is_sdf(node, description.path):
             models.append(SpawnedRobot(description.path, {}, spawn, node.origin))
         else:
@@ -164,6 +168,11 @@ def _name_taken(node: PlannedNode, spawn: SpawnRequest) -> Diagnostic:
     message = f"{node.full_name} spawns nothing: another spawner already uses the name '{spawn.model}'"
     hint = "give each model its own name: -model NAME"
     return Diagnostic("L062", Severity.WARNING, message, node.origin, hint)
+
+
+def _file_missing(node: PlannedNode, path: str) -> Diagnostic:
+    message = f"{path} does not exist: {node.full_name} spawns nothing"
+    return Diagnostic("L012", Severity.ERROR, message, place_of_value(node, "-file"), "install the package")
 
 
 def without_robot(plan: Plan, gazebo: GazeboSettings) -> list[Diagnostic]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
+from kbot.ros.launch.absent_packages import AbsentPackages, absent_package, readable
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.text import Diagnostic, Edit, Fix, Origin, Related, Severity, Span
 from kbot.text.diagnostic import ROS_PREFIX
@@ -18,7 +19,8 @@ class Reporter:
 
     def __init__(self, packages: Packages) -> None:
         self.packages = packages
-        self.problems: list[Diagnostic] = []
+        self.absent = AbsentPackages()
+        self._problems: list[Diagnostic] = []
         self.findings: list[Diagnostic] = []
         self.budget = Budget(DEFAULT)
         """The work left for expressions and substitutions of the file and its includes."""
@@ -35,12 +37,37 @@ class Reporter:
         warning: bool = False,
         related: Iterable[Related] = (),
     ) -> None:
-        """Report an error in the file itself."""
+        """Report an error in the file itself. A missing file of an absent package is reported as such."""
         severity = Severity.WARNING if warning else Severity.ERROR
+        package = absent_package(message)
+        if package is not None:
+            code, message, hint = "L012", readable(message), self.absent.require(package)
         key = (code, message, origin.span.file, origin.span.start)
         if key not in self._seen:
             self._seen.add(key)
-            self.problems.append(Diagnostic(code, severity, message, origin, hint, tuple(related)))
+            self._problems.append(Diagnostic(code, severity, message, origin, hint, tuple(related)))
+
+    @property
+    def problems(self) -> tuple[Diagnostic, ...]:
+        """The problems, and a warning for each absent package of which KBot needs nothing."""
+        return (*self._problems, *self.absent.warnings)
+
+    def unneeded_file(self, found: Diagnostic, origin: Origin, node: str, *, stops_ros: bool) -> None:
+        """Report a file that cannot be used and that is named at `origin` for a node that KBot does not run.
+
+        `stops_ros`: whether it is an error on ROS, if the package of the file is there.
+        """
+        message = f"{found.message}: it is a file of {node}, which KBot does not run"
+        if stops_ros and absent_package(message) is None:
+            self.finding(Diagnostic(found.code, Severity.ERROR, message, origin, found.hint))
+        else:
+            self.problem("L059", message, origin, found.hint, warning=True)
+
+    def unneeded_include(self, package: str, name: str, origin: Origin) -> None:
+        """Report a launch file of an absent package whose nodes KBot does not run."""
+        self.absent.require(package)
+        message = f"{name} of the absent package '{package}' is not read: KBot does not run its nodes"
+        self.problem("L012", message, origin, "run them with ROS", warning=True)
 
     def fault(self, error: LaunchError, origin: Origin) -> None:
         """Report an error. Once a limit is exceeded, later errors are only its consequences and are not

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TypeVar
 
+from kbot.ros.launch.absent_packages import readable
 from kbot.ros.launch.known_packages import NODES, RENAMED, Role, role
 from kbot.ros.launch.node_settings.gazebo import GazeboSettings, read_gazebo
 from kbot.ros.launch.node_settings.gz_bridge import read_bridged
@@ -152,7 +153,7 @@ def stage(plan: Plan, packages: Packages | None = None) -> Stage:
             muxes,
         ),
         programs,
-        tuple(notes),
+        tuple(replace(note, message=readable(note.message)) for note in notes),
     )
 
 

@@ -12,6 +12,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from kbot.ros.launch.known_packages import NODES, Role, role
 from kbot.ros.launch.plan import PlannedNode
 from kbot.ros.launch.python_packages import folder_of_module
 from kbot.text import DescriptionError, Diagnostic, Severity, read_source
@@ -36,6 +37,18 @@ class Program:
     file: str
     ros: frozenset[str]
     module_folders: tuple[str, ...] = ()
+
+
+_WITHOUT_PARAMETERS = (Role.VIEWER, Role.GAMEPAD)
+"""Nodes that the page replaces. It does not read their parameters."""
+
+
+def is_run(node: PlannedNode, packages: Packages) -> bool:
+    """Whether KBot runs a node with its parameters: as the user's program, or by a replacement."""
+    found = role(node.package, node.type, node.args)
+    if found is not None:
+        return found not in _WITHOUT_PARAMETERS
+    return node.package not in NODES and isinstance(find_program(node, packages), Program)
 
 
 def find_program(node: PlannedNode, packages: Packages) -> Program | Diagnostic:

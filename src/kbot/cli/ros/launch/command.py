@@ -28,6 +28,7 @@ from kbot.cli.ros.peer_flags import peer_options
 from kbot.cli.run_outputs import record_options, run_outputs
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError, Severity
+from kbot.text.file_kind import LAUNCH, kind_of_file
 from kbot.text.folders import files_below
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
@@ -44,6 +45,8 @@ _NEEDS_SIMULATION = "needs a launch file that simulates a robot"
 
 _NAMED = 10
 """Launch files of a folder that an error lists."""
+_LAUNCH_SUFFIXES = (".launch", ".xml", ".yaml", ".yml", ".py")
+"""Endings of files that may be a launch file."""
 
 
 @click.command(
@@ -269,7 +272,7 @@ def _package_folder(word: str, packages: Packages) -> Path:
 
 def _in_folder(folder: Path) -> str:
     """What to write instead of a folder, for an error."""
-    files = sorted(files_below(folder, _is_launch_file))
+    files = _launch_paths(folder)
     if not files:
         return "It has no launch files."
     shown = ", ".join(files[:_NAMED]) + (", ..." if files[_NAMED:] else "")
@@ -290,8 +293,9 @@ def _as_package(word: str, packages: Packages) -> str:
 
 
 def _launch_files(folder: Path) -> list[str]:
-    return sorted(Path(file).name for file in files_below(folder, _is_launch_file))
+    return sorted(Path(file).name for file in _launch_paths(folder))
 
 
-def _is_launch_file(name: str) -> bool:
-    return name.endswith((".launch", ".launch.py", ".launch.xml", ".launch.yaml"))
+def _launch_paths(folder: Path) -> list[str]:
+    files = files_below(folder, lambda name: name.endswith(_LAUNCH_SUFFIXES))
+    return sorted(file for file in files if kind_of_file(file) == LAUNCH)

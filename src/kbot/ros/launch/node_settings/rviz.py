@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kbot.ros.launch.known_packages import Role, role
+from kbot.ros.launch.absent_packages import absent_package, readable
+from kbot.ros.launch.known_packages import STAND_IN_PACKAGES, Role, role
 from kbot.ros.launch.node_arguments import place_of_value
 from kbot.ros.launch.plan import PlannedNode
 from kbot.text import Diagnostic, Severity
@@ -49,10 +50,13 @@ def missing_displays(nodes: Iterable[PlannedNode]) -> list[Diagnostic]:
     found = []
     for node in nodes:
         file = display_config(node.args) if role(node.package, node.type, node.args) is Role.VIEWER else ""
+        package = absent_package(file)
+        if package is not None and package not in STAND_IN_PACKAGES:
+            continue  # reported with the package
         if file and find_file(file) is None:
             option = "-d" if "-d" in node.args.split() else "--display-config"
             where = place_of_value(node, option)
-            message = f"{file} does not exist: rviz shows its default displays"
+            message = readable(f"{file} does not exist: rviz shows its default displays")
             found.append(Diagnostic("L059", Severity.WARNING, message, where, _nearest_file(file)))
     return found
 

@@ -11,6 +11,7 @@ from kbot.ros.launch.known_packages import SPAWN_MODEL_VALUES
 from kbot.ros.launch.node_arguments import Options, number, place_of, read_options
 from kbot.ros.launch.plan import Param, Plan, PlannedNode, RobotDescription
 from kbot.text import Diagnostic, Origin, Severity
+from kbot.text.file_kind import ROBOT, WORLD, kind_of_file
 
 _CREATE_VALUES: Mapping[str, int] = {
     **dict.fromkeys(("-world", "-param", "-file", "-string", "-topic", "-name"), 1),
@@ -109,7 +110,8 @@ def spawned(plan: Plan, node: PlannedNode) -> Param | RobotDescription | None:
 
 def is_sdf(node: PlannedNode, path: str) -> bool:
     """Whether a spawner names an SDF model and not a URDF robot."""
-    return path.endswith(".sdf") or (_options(node).has("-sdf") and not path.endswith((".urdf", ".xacro")))
+    kind = kind_of_file(path)
+    return kind == WORLD or (kind != ROBOT and _options(node).has("-sdf"))
 
 
 def _namespace(node: PlannedNode, options: Options) -> str:

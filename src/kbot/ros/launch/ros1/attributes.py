@@ -10,6 +10,7 @@ from kbot.ros.launch.ros1.substitutions import SubstitutionScope
 from kbot.ros.parameter_values import convert
 from kbot.text import Element, Origin
 from kbot.text.suggest import did_you_mean
+from kbot.xacro.packages import PackageNotFound
 
 
 class Attributes(dict[str, str]):
@@ -55,28 +56,37 @@ class TagReader:
                 )
         return found
 
-    def _scope(self, context: LaunchScope) -> SubstitutionScope:
-        packages = self.reporter.packages.beside(context.file)
-        return SubstitutionScope(context.file, packages, context.args, self.reporter.budget, self.anonymous)
+    def _scope(self, context: LaunchScope, origin: Origin) -> SubstitutionScope:
+        """The values for a text at `origin`."""
+        reporter = self.reporter
+
+        def share_of(error: PackageNotFound) -> str:
+            return reporter.absent.share_of(error, part_of(origin, f"$(find {error.name})"))
+
+        packages = reporter.packages.beside(context.file)
+        return SubstitutionScope(
+            context.file, packages, context.args, reporter.budget, share_of, self.anonymous
+        )
 
     def resolve(self, element: Element, name: str, raw: str, context: LaunchScope) -> str | None:
         """The value of an attribute after substitution. An error is reported, and None is returned."""
-        scope = self._scope(context)
+        if "$" not in raw:
+            return raw
+        origin = context.attribute_origin(element, name)
         try:
-            return scope.resolve(raw)
+            return self._scope(context, origin).resolve(raw)
         except LaunchError as fault:
-            origin = part_of(context.attribute_origin(element, name), fault.piece)
-            self.reporter.fault(fault, origin)
+            self.reporter.fault(fault, part_of(origin, fault.piece))
             return None
 
     def resolve_text(self, text: str, element: Element, context: LaunchScope) -> str | None:
         """The text of an element after substitution, for `subst_value`. An error is reported, and None is
         returned."""
-        scope = self._scope(context)
+        origin = context.origin(element)
         try:
-            return scope.resolve(text)
+            return self._scope(context, origin).resolve(text)
         except LaunchError as fault:
-            self.reporter.fault(fault, context.origin(element))
+            self.reporter.fault(fault, origin)
             return None
 
     def applies(self, element: Element, context: LaunchScope) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from kbot.ros import names
-from kbot.ros.launch.plan import Param
+from kbot.ros.launch.plan import Param, PlannedNode
 from kbot.text import Call, Element, Origin
 
 
@@ -18,6 +18,7 @@ class LaunchScope:
     private    `~name` parameters, which all later nodes get
     forgiving  whether a second declaration is allowed, because the file was included with pass_all_args.
                A group of that file does not allow it
+    node       the node that the scope belongs to, if it is that of a node
     is_root    whether this is the scope of the launch file itself, not of a group or an included file
     """
 
@@ -31,6 +32,7 @@ class LaunchScope:
     private: dict[str, Param] = field(default_factory=dict)
     forgiving: bool = False
     machine: str | None = None
+    node: PlannedNode | None = None
     is_root: bool = False
 
     def child(self, namespace: str | None = None) -> LaunchScope:

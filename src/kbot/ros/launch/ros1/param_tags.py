@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 
 from kbot.ros import names
 from kbot.ros.launch import commands
@@ -12,8 +13,9 @@ from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.plan import Param, RobotDescription
 from kbot.ros.launch.ros1.attributes import Attributes, TagReader
 from kbot.ros.launch.ros1.context import LaunchScope
+from kbot.ros.launch.user_program import is_run
 from kbot.ros.parameter_values import ROSPARAM, TYPES, ParameterValue, convert
-from kbot.text import DescriptionError, Element, Origin, Source, read_source
+from kbot.text import DescriptionError, Diagnostic, Element, Origin, Severity, Source, read_source
 from kbot.text.files import read_bytes
 from kbot.text.span import Call
 from kbot.text.suggest import did_you_mean
@@ -69,7 +71,7 @@ class ParameterStore:
         except LaunchError as fault:
             reporter.fault(fault, origin)
         except DescriptionError as error:
-            reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
+            self._unusable_file("L032", error.diagnostics[0], origin, context)
         except ValueError as error:
             reporter.problem("L031", str(error), origin)
         else:
@@ -139,7 +141,7 @@ class ParameterStore:
         try:
             source = read_source(file) if file else None
         except DescriptionError as error:
-            reporter.problem("L032", error.diagnostics[0].message, origin, error.diagnostics[0].hint)
+            self._unusable_file("L032", error.diagnostics[0], origin, context)
             return
         text: str | None = source.text if source else element.text
         if substituted:
@@ -155,7 +157,8 @@ class ParameterStore:
             return
         except ValueError as error:
             where = f" in {file}" if file else ""
-            reporter.problem("L033", f"the YAML{where} cannot be read: {error}", origin)
+            found = Diagnostic("L033", Severity.ERROR, f"the YAML{where} cannot be read: {error}")
+            self._unusable_file("L033", found, origin, context)
             return
         data = {} if document.data is None else document.data
         if not isinstance(data, dict) and not named:
@@ -168,6 +171,14 @@ class ParameterStore:
             return Origin(document.span(*keys), call) if is_whole_file and keys else context.origin(element)
 
         self._spread(full, data, place)
+
+    def _unusable_file(self, code: str, found: Diagnostic, origin: Origin, context: LaunchScope) -> None:
+        """Report parameters that cannot be read. roslaunch stops, and KBot only if it runs the node."""
+        node = context.node
+        if node is None or is_run(node, self.reporter.packages.beside(context.file)):
+            self.reporter.problem(code, found.message, origin, found.hint)
+        else:
+            self.reporter.unneeded_file(replace(found, code=code), origin, node.name, stops_ros=True)
 
     def _spread(
         self,
@@ -192,4 +203,5 @@ def _bytes(path: str) -> bytes:
     try:
         return read_bytes(path)
     except OSError as error:
-        raise LaunchError("L032", f"{path} cannot be read: {error.strerror}") from None
+        message = f"{path} cannot be read: {error.strerror}"
+        raise DescriptionError([Diagnostic("L032", Severity.ERROR, message)]) from None

@@ -13,13 +13,14 @@ from kbot.ros.launch.known_packages import (
     NODES,
     RENAMED,
     SPAWN_MODEL_VALUES,
+    is_not_run,
     stand_in_file,
 )
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.launch.node_arguments import place_of
 from kbot.ros.launch.plan import Argument, Included, Machine, Param, Plan, PlannedNode
 from kbot.ros.launch.quoting import split_words
-from kbot.ros.launch.reporter import Reporter, removal_of
+from kbot.ros.launch.reporter import Reporter, part_of, removal_of
 from kbot.ros.launch.ros1.attributes import Attributes, TagReader
 from kbot.ros.launch.ros1.context import LaunchScope
 from kbot.ros.launch.ros1.param_tags import ParameterStore
@@ -97,7 +98,7 @@ class _Reader:
             files=tuple(self.files),
             clear=tuple(self.clear),
             store=tuple(self.parameters.others),
-            problems=tuple(self.reporter.problems),
+            problems=self.reporter.problems,
             findings=tuple(self.reporter.findings),
         )
 
@@ -107,10 +108,8 @@ class _Reader:
         root = parse_xml(source)
         if root.tag != "launch":
             hint = "a ROS 1 launch file begins with <launch>"
-            self.reporter.problem(
-                "L001", f"not a launch file: the root element is <{root.tag}>", root.origin, hint
-            )
-            raise DescriptionError(self.reporter.problems)
+            message = f"not a launch file: the root element is <{root.tag}>"
+            raise DescriptionError([Diagnostic("L001", Severity.ERROR, message, root.origin, hint)])
         return root
 
     def _elements(self, parent: Element, context: LaunchScope) -> None:
@@ -272,11 +271,14 @@ class _Reader:
         name = Path(file).name
         defaults = LAUNCH_FILES.get((package, name))
         origin = context.attribute_origin(element, "file")
+        if is_not_run(package, name):
+            self.reporter.unneeded_include(package, name, part_of(origin, f"$(find {package})"))
+            return
         if defaults is None:
             names_ = [f for p, f in LAUNCH_FILES if p == package]
-            hint = did_you_mean(name, names_) or "install the package or remove the include"
-            message = f"the package '{package}' is not installed, and KBot cannot replace its {name}"
-            self.reporter.problem("L012", message, origin, hint)
+            message, hint = self.reporter.absent.missing_include(package, name)
+            where = part_of(origin, f"$(find {package})")
+            self.reporter.problem("L012", message, where, did_you_mean(name, names_) or hint)
             return
         report_unused(passed, set(defaults), name, self.reporter)
         arguments = {**defaults, **{key: value for key, (value, _) in passed.items()}}
@@ -425,6 +427,10 @@ def _children(
     name = found.get("name") or found.get("test-name") or "unnamed"
     own = context.child(found.get("ns")).child(name)
     own.private = {}
+    if found.ok:
+        here = context.origin(element)
+        args = found.get("args", "")
+        own.node = PlannedNode(found["pkg"], found["type"], name, own.namespace, args, here, {"type": here})
     private = dict(context.private)
     for child in element.elements():
         if child.tag not in CHILDREN["node"]:

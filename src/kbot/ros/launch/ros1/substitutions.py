@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from kbot.ros.launch.evaluation import BUILTINS, evaluated, joined
-from kbot.ros.launch.known_packages import STAND_IN_PACKAGES, share_of
 from kbot.ros.launch.launch_error import LaunchError
 from kbot.ros.parameter_values import convert
 from kbot.text.suggest import did_you_mean
 from kbot.xacro.budget import Budget
 from kbot.xacro.packages import PackageError, PackageNotFound, Packages
+from kbot.xacro.ros_variables import ros_value
 
 _MARK = re.compile(r"[$()]")
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
@@ -26,6 +26,7 @@ COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg", "eval")
 class SubstitutionScope:
     """The values that substitutions can use.
 
+    `share_of` returns the path that replaces the folder of an absent package.
     `anonymous` remembers the names that `$(anon …)` made. If it is None, such substitutions are not changed.
     """
 
@@ -33,6 +34,7 @@ class SubstitutionScope:
     packages: Packages
     arguments: Mapping[str, str]
     budget: Budget
+    share_of: Callable[[PackageNotFound], str]
     anonymous: dict[str, str] | None = field(default_factory=dict)
 
     def resolve(self, text: str) -> str:
@@ -94,16 +96,19 @@ class SubstitutionScope:
         try:
             return self.packages.find(name)
         except PackageError as error:
-            if name in STAND_IN_PACKAGES and isinstance(error, PackageNotFound):
-                return share_of(name)
+            if isinstance(error, PackageNotFound):
+                return self.share_of(error)
             raise LaunchError("L012", error.problem, error.hint) from None
 
     def env(self, name: str) -> str:
-        if name not in os.environ:
+        value = os.environ.get(name)
+        if value is None:
+            value = ros_value(name, version=1)
+        if value is None:
             raise LaunchError(
                 "L013", f"the environment variable {name} is not set", f"$(optenv {name} DEFAULT)"
             )
-        return os.environ[name]
+        return value
 
     def optenv(self, name: str, default: str = "") -> str:
         return os.environ.get(name, default)

@@ -286,6 +286,7 @@ class PlacedParameter:
 class ParameterFile:
     def __init__(self, param_file: Value, *, allow_substs: Value = False) -> None:
         self.file, self.allow_substs = param_file, allow_substs
+        self.origin = here()
 
 
 def is_value(value: object) -> bool:

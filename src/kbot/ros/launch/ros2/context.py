@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from kbot.ros.launch import commands
+from kbot.ros.launch.absent_packages import AbsentPackages
 from kbot.ros.launch.evaluation import BUILTINS, evaluated
-from kbot.ros.launch.known_packages import STAND_IN_PACKAGES, share_of
-from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.known_packages import STAND_IN_PACKAGES
+from kbot.ros.launch.launch_error import LaunchError, LaunchPackageError
 from kbot.ros.launch.plan import Param, RobotDescription
+from kbot.ros.launch.ros2.places import catches, here
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.text import Diagnostic, Origin
 from kbot.xacro.budget import Budget
@@ -41,6 +43,7 @@ class LaunchContext:
     here: Origin
     note: Callable[[Diagnostic], None]
     budget: Budget
+    absent: AbsentPackages
     allow_commands: bool = False
     launch_configurations: dict[str, str] = field(default_factory=dict)
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
@@ -77,30 +80,33 @@ class LaunchContext:
         self.launch_configurations, self.environment = {}, dict(os.environ)
         self.namespace, self.remaps, self.parameters = "/", [], {}
 
-    def share(self, package: str) -> str:
-        """The share folder of a package, or a replacement if KBot replaces the package.
+    def share(self, package: str, origin: Origin | None = None) -> str:
+        """The share folder of a package that is used at `origin`, by default at the current line.
+
+        For a package that is not found, it is a folder that does not exist.
 
         Raises:
-            LaunchError: L012, the package is not found.
+            LaunchError: L012, several packages have this name; or the package is not found, and the launch
+                file catches this error.
         """
         try:
             return str(self.packages.beside(self.file).find(package))
+        except PackageNotFound as error:
+            if package not in STAND_IN_PACKAGES and catches(LaunchPackageError):
+                raise LaunchPackageError("L012", error.problem, error.hint, package) from None
+            return self.absent.share_of(error, origin or here() or self.here)
         except PackageError as error:
-            if package in STAND_IN_PACKAGES and isinstance(error, PackageNotFound):
-                return share_of(package)
-            raise LaunchError("L012", error.problem, error.hint, package) from None
+            raise LaunchPackageError("L012", error.problem, error.hint, package) from None
 
-    def prefix(self, package: str) -> str:
+    def prefix(self, package: str, origin: Origin | None = None) -> str:
         """The install prefix of a package, two folders above its share folder. Raises the errors of
         `share`."""
-        return str(Path(self.share(package)).parents[1])
+        return str(Path(self.share(package, origin)).parents[1])
 
     def has_resource(self, kind: str, name: str) -> str | bool:
         """The prefix of a resource of the kind `packages`, or False. KBot does not index other kinds."""
-        try:
-            return self.prefix(name) if kind == "packages" else False
-        except LaunchError:
-            return False
+        is_known = name in STAND_IN_PACKAGES or self.packages.beside(self.file).folder(name) is not None
+        return self.prefix(name) if kind == "packages" and is_known else False
 
     def command(self, text: str, origin: Origin | None) -> str:
         """The output of a command. KBot itself replaces xacro, cat and `ros2 param get`."""
@@ -130,7 +136,9 @@ class LaunchContext:
 
 
 def _without_folders(text: str) -> str:
-    return _ADDRESS.sub("", "".join(text.split()))
+    """A description from its root on, without white space and the folders of mesh files. What is before the
+    root, and white space, differ between the methods that print a document."""
+    return _ADDRESS.sub("", "".join(text[max(text.find("<robot"), 0) :].split()))
 
 
 class _Names:

@@ -209,7 +209,9 @@ class _Markup:
         for child in element.elements("param"):
             if "from" in child.attributes:
                 allow_substs = self._get(child, "allow_substs") or "false"
-                parameters.append(act.ParameterFile(self._of(child, "from"), allow_substs=allow_substs))
+                file = act.ParameterFile(self._of(child, "from"), allow_substs=allow_substs)
+                file.origin = child.origin
+                parameters.append(file)
             else:
                 parameters += self._parameters(child)
         return act.Node(

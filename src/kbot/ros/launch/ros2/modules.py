@@ -1,6 +1,6 @@
 """Runs Python launch files, with KBot's modules in place of ROS 2's.
 
-The classes of `nav2_common` and the functions of `xacro` have the names and arguments of the originals.
+The classes of `nav2_common` have the names and arguments of the originals.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import IO, Any, TypeVar
 
-from kbot.ros.launch.commands import expand_within
-from kbot.ros.launch.launch_error import LaunchError
+from kbot.ros.launch.known_packages import stand_in_file
+from kbot.ros.launch.launch_error import LaunchError, LaunchPackageError
 from kbot.ros.launch.plan import RobotDescription
 from kbot.ros.launch.python_packages import importable
 from kbot.ros.launch.ros2 import actions, conditions, handlers, package_actions, substitutions
@@ -25,11 +25,14 @@ from kbot.ros.launch.ros2.conditions import Condition
 from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.parameters import read_parameter_file
 from kbot.ros.launch.ros2.places import line_origin, place, register_running
+from kbot.ros.launch.ros2.ros_environment import ros_environment
 from kbot.ros.launch.ros2.scratch import scratch_file
 from kbot.ros.launch.ros2.substitutions import Substitution, as_substitution, is_true, performed
+from kbot.ros.launch.ros2.xacro_module import xacro_functions
 from kbot.ros.parameter_values import convert
 from kbot.text import Diagnostic, KbotError, Origin, Severity, Source, read_source
 from kbot.text.errors import DescriptionError
+from kbot.text.file_kind import ROBOT, kind_of_file
 from kbot.text.suggest import did_you_mean
 
 _T = TypeVar("_T")
@@ -46,7 +49,8 @@ class PythonFiles:
     def modules_in_place(self) -> Iterator[None]:
         """Replace ROS 2's modules by KBot's within the block, also for functions that a launch file calls
         later. Modules of the workspace's packages can be imported too."""
-        with _in_place(self._modules), importable(self.context.packages.beside(self.context.file)):
+        packages = self.context.packages.beside(self.context.file)
+        with _in_place(self._modules), importable(packages), ros_environment():
             yield
 
     def load(self, source: Source) -> list[object]:
@@ -100,7 +104,9 @@ class PythonFiles:
 
     def _open(self, path: Any, mode: str = "r", *args: Any, **more: Any) -> IO[Any]:
         """`open`, which also remembers the file of each robot text."""
-        if mode in ("r", "rt") and Path(path).suffix in (".urdf", ".xacro", ".xml"):
+        # a missing .xml may be in the source of a package that is not built, where read_source finds it
+        is_robot = kind_of_file(str(path)) == ROBOT or str(path).endswith(".xml")
+        if mode in ("r", "rt") and is_robot:
             text = read_source(path).text
             self.context.descriptions[text] = RobotDescription(str(path), {})
             return StringIO(text)
@@ -133,6 +139,8 @@ def _explained(error: BaseException) -> tuple[str, str]:
     if isinstance(error, KeyError) and frames and frames[-1].filename in ("<frozen os>", os.__file__):
         name = error.args[0]
         return f"the environment variable {name} is not set", f"set it: {name}=VALUE kbot launch …"
+    if isinstance(error, OSError) and isinstance(error.filename, str) and stand_in_file(error.filename):
+        return f"{error.filename} does not exist", ""
     if isinstance(error, ModuleNotFoundError):
         hint = "install it in KBot's Python, or add its folder to PYTHONPATH"
         return f"the launch file needs the Python module '{error.name}', which is not installed", hint
@@ -185,7 +193,7 @@ def modules_of(context: LaunchContext) -> dict[str, ModuleType]:
         "get_package_share_directory": context.share,
         "get_package_share_path": lambda n: Path(context.share(n)),
         "get_package_prefix": context.prefix,
-        "PackageNotFoundError": LaunchError,
+        "PackageNotFoundError": LaunchPackageError,
     }
     finders = {
         name: type(name, (value,), {"find": lambda _, package: context.share(package)})
@@ -289,54 +297,6 @@ class Module(ModuleType):
             raise AttributeError(name)
         hint = did_you_mean(name, vars(self))
         raise AttributeError(f"KBot does not provide {self.__name__}.{name}" + (f": {hint}" if hint else ""))
-
-
-def xacro_functions(context: LaunchContext) -> dict[str, object]:
-    """The functions of the module `xacro`, by name. The context learns which file each expanded text is
-    from."""
-    xacro = _Xacro(context)
-    return {name: getattr(xacro, name) for name in ("process_file", "process", "parse", "process_doc")}
-
-
-class _Document:
-    """The result of xacro.process_file and xacro.parse, with the methods that launch files use."""
-
-    def __init__(self, text: str, path: str = "") -> None:
-        self.text, self.path = text, path
-
-    def toxml(self, *_: object, **__: object) -> str:
-        return self.text
-
-    toprettyxml = toxml
-
-
-class _Xacro:
-    def __init__(self, context: LaunchContext) -> None:
-        self.context = context
-
-    def process_file(
-        self, path: object, mappings: Mapping[str, object] | None = None, **_: object
-    ) -> _Document:
-        arguments = {str(name): str(value) for name, value in (mappings or {}).items()}
-        expansion = expand_within(self.context.budget, str(path), arguments, self.context.packages)
-        for diagnostic in expansion.diagnostics:
-            self.context.note(diagnostic)
-        self.context.descriptions[expansion.text] = RobotDescription(str(path), arguments)
-        return _Document(expansion.text)
-
-    def parse(self, source: object, filename: object = None) -> _Document:
-        """The document of an open file or of a file name. It is not expanded yet."""
-        text = source.read() if hasattr(source, "read") else read_source(str(filename)).text
-        known = self.context.descriptions.get(text)
-        return _Document(text, str(filename) if filename else known.path if known else "")
-
-    def process_doc(
-        self, document: _Document, mappings: Mapping[str, object] | None = None, **more: object
-    ) -> None:
-        document.text = self.process_file(document.path, mappings, **more).text
-
-    def process(self, path: object, mappings: Mapping[str, object] | None = None, **more: object) -> str:
-        return self.process_file(path, mappings, **more).text
 
 
 class RewrittenYaml(Substitution):

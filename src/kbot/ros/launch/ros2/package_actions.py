@@ -84,11 +84,17 @@ def controllers_spawner_from_dict(
 
 
 def load_controller(
-    controller_name: object, controller_params_file: object = None, extra_spawner_args: Iterable[object] = ()
+    controller_name: object,
+    controller_params_file: object = None,
+    extra_spawner_args: Iterable[object] = (),
+    *,
+    controller_type: object = None,
 ) -> act.LaunchDescription:
-    """`generate_load_controller_launch_description` of controller_manager."""
+    """`generate_load_controller_launch_description` of controller_manager. Old releases have
+    `controller_type`."""
     files = controller_params_file if isinstance(controller_params_file, list) else [controller_params_file]
-    return controllers_spawner([controller_name], [f for f in files if f is not None], extra_spawner_args)
+    more = [*extra_spawner_args, *(("-t", controller_type) if controller_type is not None else ())]
+    return controllers_spawner([controller_name], [f for f in files if f is not None], more)
 
 
 def _spawner(words: list[object]) -> act.LaunchDescription:

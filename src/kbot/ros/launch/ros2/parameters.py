@@ -32,29 +32,36 @@ class PlacedValue:
     origin: Origin | None = None
 
 
+Unusable = Callable[[DescriptionError, Origin], None]
+"""Reports the error of a parameter file, which was named at the origin."""
+
+
 def parameters_of(
-    given: Iterable[object], node: str, context: LaunchContext, origin: Origin
-) -> dict[str, PlacedValue]:
-    """The parameters of a node that was created at `origin`, by name. Nested names are joined: `a.b`. Later
-    values replace earlier ones."""
+    given: Iterable[object], node: str, context: LaunchContext, origin: Origin, unusable: Unusable
+) -> tuple[dict[str, PlacedValue], tuple[str, ...]]:
+    """The parameters of a node that was created at `origin`, by name, and the paths of its parameter files.
+
+    Nested names are joined: `a.b`. Later values replace earlier ones.
+    """
     found: dict[str, PlacedValue] = {}
+    files: list[str] = []
     for item in given:
         if isinstance(item, PlacedParameter):
             found.update(_flat(item.values, context, _always(item.origin)))
         elif isinstance(item, Mapping):
             found.update(_flat(item, context, lambda keys: parameter_place(origin, keys[-1])))
         else:
-            found.update(parameters_of_file(_path(item, context), node, context))
-    return found
+            try:
+                path = _path(item, context)
+                found.update(parameters_of_file(path, node, context))
+                files.append(path)
+            except DescriptionError as error:
+                unusable(error, getattr(item, "origin", None) or origin)
+    return found, tuple(files)
 
 
 def _always(origin: Origin) -> Place:
     return lambda keys: origin
-
-
-def parameter_files(given: Iterable[object], context: LaunchContext) -> tuple[str, ...]:
-    """The paths of the parameter files of a node."""
-    return tuple(_path(item, context) for item in given if not isinstance(item, Mapping | PlacedParameter))
 
 
 def _path(item: object, context: LaunchContext) -> str:

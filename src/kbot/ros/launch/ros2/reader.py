@@ -23,12 +23,12 @@ from kbot.ros.launch.ros2.markup import read_xml, read_yaml_launch
 from kbot.ros.launch.ros2.modules import PythonFiles
 from kbot.ros.launch.ros2.parameters import (
     PlacedValue,
-    parameter_files,
     parameters_of,
     parameters_of_file,
     plain,
 )
 from kbot.ros.launch.ros2.substitutions import CommandLine, is_true, performed
+from kbot.ros.launch.user_program import is_run
 from kbot.ros.parameter_values import ParameterValue
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, read_source
 from kbot.text.errors import reading
@@ -59,7 +59,14 @@ def read_launch_2(
     reporter = Reporter(packages or Packages(around=path))
     start = Origin(source.whole())
     context = LaunchContext(
-        path, reporter.packages, start, reporter.finding, reporter.budget, allow_commands, dict(given)
+        path,
+        reporter.packages,
+        start,
+        reporter.finding,
+        reporter.budget,
+        reporter.absent,
+        allow_commands,
+        dict(given),
     )
     python = PythonFiles(context)
 
@@ -79,7 +86,9 @@ def read_launch_2(
         try:
             python.guarded(source, lambda: visitor.read(source))
         except DescriptionError as error:
-            reporter.problems.extend(error.diagnostics)
+            for found in error.diagnostics:
+                where = found.origin or start
+                reporter.problem(found.code, found.message, where, found.hint, related=found.related)
     for name in given:
         if name not in visitor.arguments and not any(p.is_error for p in reporter.problems):
             hint = did_you_mean(name, visitor.arguments)
@@ -118,7 +127,7 @@ class ActionVisitor:
             arguments=self.arguments,
             included=tuple(self.included),
             files=tuple(self.files),
-            problems=tuple(self.reporter.problems),
+            problems=self.reporter.problems,
             findings=tuple(self.reporter.findings),
             is_ros_2=True,
             own_environment=self.environment,
@@ -293,19 +302,21 @@ class ActionVisitor:
     def _include(self, action: act.IncludeLaunchDescription, origin: Origin) -> None:
         context = self.context
         path = performed(action.location, context)
+        stand_in = known_packages.stand_in_file(path) or _not_built(path)
+        package, name = (stand_in[0], Path(stand_in[1]).name) if stand_in else ("", "")
+        if known_packages.is_not_run(package, name):
+            self.reporter.unneeded_include(package, name, origin)
+            return
         passed = {performed(k, context): performed(v, context) for k, v in action.launch_arguments}
         context.launch_configurations.update(passed)
-        stand_in = known_packages.stand_in_file(path) or _not_built(path)
         if stand_in:
-            package, name = stand_in[0], Path(stand_in[1]).name
             makers = package_actions.LAUNCH_FILES.get((package, name), ())
             for maker in makers:
                 self.visit_all([maker(**passed)])
             if makers:
                 return
             if (package, name) not in known_packages.LAUNCH_FILES_2:
-                message = f"the package '{package}' is not installed, and KBot cannot replace its {name}"
-                raise LaunchError("L012", message, "install the package or remove the include")
+                raise LaunchError("L012", *context.absent.missing_include(package, name))
             # Gazebo Classic's files read arguments of the file that includes them, such as `world`
             given = dict(context.launch_configurations) if package == "gazebo_ros" else passed
             self.included.append(Included(package, name, given, context.namespace, origin))
@@ -315,10 +326,14 @@ class ActionVisitor:
 
     def _node(self, action: act.Node, origin: Origin) -> None:
         context = self.context
-        node = replace(node_of(action, context, origin), delay=self._delay, after=self._after)
+        node = node_of(action, context, origin)
         self._names[id(action)] = full = node.full_name
-        values = {**context.parameters, **parameters_of(action.parameters, full, context, origin)}
-        for key, placed in values.items():
+
+        def unusable(error: DescriptionError, where: Origin) -> None:
+            self._unusable_file(error, where, node)
+
+        own, files = parameters_of(action.parameters, full, context, origin, unusable)
+        for key, placed in {**context.parameters, **own}.items():
             self._set(f"{full}/{key}", placed.value, placed.origin or origin)
         known_nodes = known_packages.NODES.get(node.package, {})
         if known_nodes and node.type not in known_nodes:
@@ -326,7 +341,22 @@ class ActionVisitor:
             if hint:
                 message = f"the package {node.package} has no executable '{node.type}'"
                 self.reporter.finding(Diagnostic("L054", Severity.ERROR, message, origin, hint))
-        self.nodes.append(node)
+        self.nodes.append(replace(node, delay=self._delay, after=self._after, parameter_files=files))
+
+    def _unusable_file(self, error: DescriptionError, origin: Origin, node: PlannedNode) -> None:
+        """Report a parameter file that cannot be used. It is an error only for a node that KBot runs.
+
+        launch_ros warns of a missing file and starts the node without it. With a file that is not YAML, the
+        node does not start.
+        """
+        needs_file = is_run(node, self.context.packages)
+        for found in error.diagnostics:
+            is_missing = found.code.startswith("F")
+            where = (None if is_missing else found.origin) or origin
+            if needs_file:
+                self.reporter.problem(found.code, found.message, where, found.hint)
+            else:
+                self.reporter.unneeded_file(found, where, node.full_name, stops_ros=not is_missing)
 
     def _set(self, name: str, value: ParameterValue, origin: Origin) -> None:
         description = self.context.described(value) if isinstance(value, str) else None
@@ -372,7 +402,6 @@ def node_of(action: act.Node, context: LaunchContext, origin: Origin) -> Planned
         respawn_delay=seconds_of(action.respawn_delay or 0.0, context),
         required=ends_launch(action.on_exit),
         launch_prefix=performed(action.prefix, context) if action.prefix is not None else None,
-        parameter_files=parameter_files(action.parameters, context),
     )
 
 

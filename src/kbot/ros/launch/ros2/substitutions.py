@@ -16,6 +16,7 @@ from kbot.ros.launch.ros2.context import LaunchContext
 from kbot.ros.launch.ros2.places import here
 from kbot.text import read_source
 from kbot.text.suggest import did_you_mean
+from kbot.xacro.ros_variables import ros_value
 
 
 class Substitution:
@@ -111,9 +112,10 @@ class PathSubstitution(PathJoinSubstitution):
 class FindPackageShare(Substitution):
     def __init__(self, package: object) -> None:
         self.package = as_substitution(package)
+        self.origin = here()
 
     def perform(self, context: LaunchContext) -> str:
-        return context.share(self.package.perform(context))
+        return context.share(self.package.perform(context), self.origin)
 
     def __truediv__(self, other: object) -> PathJoinSubstitution:
         return PathJoinSubstitution([self, other])
@@ -121,7 +123,7 @@ class FindPackageShare(Substitution):
 
 class FindPackagePrefix(FindPackageShare):
     def perform(self, context: LaunchContext) -> str:
-        return context.prefix(self.package.perform(context))
+        return context.prefix(self.package.perform(context), self.origin)
 
 
 class Command(Substitution):
@@ -154,6 +156,9 @@ class EnvironmentVariable(Substitution):
             return context.environment[name]
         if self.default is not None:
             return performed(self.default, context)
+        value = ros_value(name)
+        if value is not None:
+            return value
         hint = f"set it: {name}=VALUE kbot launch …"
         raise LaunchError("L013", f"the environment variable {name} is not set", hint, name)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
+from kbot.ros.launch.absent_packages import absent_package, readable
 from kbot.world import BUILDERS, World, load_world
 
 
@@ -33,5 +34,6 @@ def _known(name: str, note: Callable[[str], None]) -> str:
     own = PurePosixPath(name.replace("\\", "/")).stem
     if own in BUILDERS:
         return own
-    note(f"The world '{name}' is not found. The robot starts in 'empty'.")
+    shown = readable(name) if absent_package(name) else f"'{name}'"
+    note(f"The world {shown} is not found. The robot starts in 'empty'.")
     return "empty"
