@@ -90,3 +90,16 @@ def test_the_installed_command_works_anywhere(bare: Path, tmp_path: Path) -> Non
     result = json.loads(run(kbot, *words, cwd=tmp_path))
     assert result["simulated_s"] == pytest.approx(1.0)
     assert 0.1 < result["pose"]["x"] < 0.2
+
+
+INSTALL = "from kbot.text.extras import install_command; print(install_command('camera'))"
+
+
+def test_the_command_for_an_extra_works_for_a_wheel_and_in_a_clone(bare: Path, tmp_path: Path) -> None:
+    """`camera` is the smallest extra: PyOpenGL."""
+    for python, folder in ((bare / "python", tmp_path), (sys.executable, ROOT)):
+        command = run(python, "-c", INSTALL, cwd=folder)
+        run("sh", "-c", f"{command.strip()} --quiet --dry-run", cwd=folder)
+    (line,) = run(bare / "python", "-c", INSTALL, cwd=tmp_path).splitlines()
+    run("sh", "-c", f"{line} --quiet", cwd=tmp_path)
+    run(bare / "python", "-c", "import OpenGL", cwd=tmp_path)
