@@ -1,11 +1,11 @@
-"""Memory of a long run, with a page, tabs and peers.
+"""Memory of a long run, with a recording, a page, tabs and peers.
 
-    python benchmarks/bench_soak.py [--minutes M]
+    python benchmarks/bench_soak.py [--minutes M] [--no-record]
 
-A robot with a lidar drives in circles in real time. One real page in Chromium, two sockets that receive and
-answer like pages, and a peer of each of three bridges (ROS 1, Foxglove, rosbridge) are connected all the
-time. The page keeps the last five minutes of the run, so memory grows until then. Afterwards it should stay
-the same. The memory is the resident set of KBot's process.
+A robot with a lidar drives in circles in real time, and all its topics are recorded. One real page in
+Chromium, two sockets that receive and answer like pages, and a peer of each of three bridges (ROS 1,
+Foxglove, rosbridge) are connected all the time. The page keeps the last five minutes of the run, so memory
+grows until then. Afterwards it should stay the same. The memory is the resident set of KBot's process.
 Exit status 1 if it grows by more than the limit.
 """
 
@@ -43,10 +43,15 @@ TABS = 2
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--minutes", type=int, default=60)
-    minutes: int = parser.parse_args().minutes
+    parser.add_argument("--no-record", action="store_true", help="Do not record the run.")
+    options = parser.parse_args()
+    minutes: int = options.minutes
     with ExitStack() as stack:
-        reports = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "reports"
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        reports, recording = folder / "reports", folder / "run.mcap"
         words = ["sim", "kbot", "lidar:=true", "--world", "boxes", *BRIDGES]
+        if not options.no_record:
+            words += ["--record", str(recording)]
         address, running = stack.enter_context(kbot(words, reports))
         browser = stack.enter_context(opened_browser())
         shown = stack.enter_context(page(browser, address, SHOWS))
@@ -57,11 +62,12 @@ def main() -> int:
             stack.callback(subprocess.Popen(peer, stdout=subprocess.DEVNULL).kill)
         process = psutil.Process(running.pid)
         megabytes: list[float] = []
-        print("minute  memory (MB)")
+        print("minute  memory (MB)  recording (MB)")
         for minute in range(minutes + 1):
             megabytes.append(process.memory_info().rss / 1e6)
             if minute % 5 == 0:
-                print(f"{minute:6}  {megabytes[-1]:11.1f}", flush=True)
+                recorded = recording.stat().st_size / 1e6 if recording.exists() else 0.0
+                print(f"{minute:6}  {megabytes[-1]:11.1f}  {recorded:14.1f}", flush=True)
             time.sleep(60.0 if minute < minutes else 0.0)
     settled = megabytes[SETTLED_MINUTES:]
     if len(settled) < 2:

@@ -17,7 +17,7 @@ from kbot.record.copy import copy_recording
 from kbot.record.export import MessageTable
 from kbot.record.index import open_index
 from kbot.record.limits import LARGEST_PIECE, Allowance, RecordingTooLarge, inflate
-from kbot.record.mcap_file import McapWriter
+from kbot.record.mcap_writer import McapWriter
 from kbot.text import KbotError
 from kbot.text.files import SCRATCH_SECONDS
 

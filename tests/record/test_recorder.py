@@ -3,19 +3,23 @@
 import re
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import mcap.reader
 import pytest
+from rosbags.rosbag1 import Writer
 
 import kbot
 from kbot.messages import Header, String, Time, Twist, Vector3
 from kbot.messages.visualization import Marker, MarkerArray
 from kbot.model.load import load_robot
 from kbot.record import Recorder, Recording
+from kbot.record.bags import ros1_writer
 from kbot.record.copy import copy_recording
 from kbot.record.encodings.serialization import decode_cdr
-from kbot.record.feed import Feed
+from kbot.record.feed import Feed, Packet
+from kbot.record.writer import open_writer
 from kbot.sim import Simulation
 from kbot.text import KbotError
 
@@ -52,6 +56,46 @@ def test_all_formats_contain_the_same_data(runs: dict[str, Path], kind: str) -> 
     assert not found.broken
     first = [e.cdr for e in Recording(str(runs["mcap"])).entries() if e.topic == "/odom"]
     assert [e.cdr for e in Recording(str(runs[kind])).entries() if e.topic == "/odom"] == first
+
+
+@pytest.mark.parametrize("name", ["run.mcap", "run.bag"])
+def test_memory_does_not_grow_with_the_recording(tmp_path: Path, name: str) -> None:
+    """A recorder ends a chunk twice a second: 500 chunks are those of four minutes."""
+    writer = open_writer(str(tmp_path / name))
+
+    def write(chunks: range) -> int:
+        for chunk in chunks:
+            for topic in range(8):
+                writer.write(Packet(f"/topic{topic}", String("data"), 500_000_000 * chunk + topic))
+            writer.flush()
+        return tracemalloc.get_traced_memory()[0]
+
+    tracemalloc.start()
+    try:
+        early, late = write(range(50)), write(range(50, 550))
+    finally:
+        tracemalloc.stop()
+    writer.close()
+    assert late - early < 250_000, "the index of the chunks is kept as bytes, and at most 256 KiB of it"
+    assert Recording(str(tmp_path / name)).summary().count == 550 * 8
+
+
+def test_bag_has_the_bytes_that_the_rosbags_library_writes(tmp_path: Path) -> None:
+    """Three chunks, of which one is empty and one has a topic of its own."""
+
+    def write(path: Path) -> bytes:
+        writer = open_writer(str(path))
+        for chunk, topics in enumerate((("/a", "/b"), (), ("/c", "/a"))):
+            for topic in topics:
+                writer.write(Packet(topic, String(f"{chunk}"), 500_000_000 * chunk))
+            writer.flush()
+        writer.close()
+        return path.read_bytes()
+
+    own = write(tmp_path / "own.bag")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ros1_writer, "_Bag", type("_Bag", (Writer,), {}))
+        assert own == write(tmp_path / "library.bag")
 
 
 def test_official_reader_finds_times_schemas_and_metadata(runs: dict[str, Path]) -> None:

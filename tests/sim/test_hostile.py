@@ -58,7 +58,7 @@ def everything(sim: Simulation) -> tuple[object, ...]:
     state = sim.state()
     model, _ = sim.engine.current()
     arrays = [getattr(model, name) for name in ("body_mass", "geom_friction", "actuator_gainprm", "qpos0")]
-    parts = (state.vector, state.engine.xfrc_applied, *arrays)
+    parts = (state.vector, *arrays)
     values = (state.steps, state.robots, state.pushes, state.welds, state.random, sim.time, sim.paused)
     return (
         *(part.tobytes() for part in parts),

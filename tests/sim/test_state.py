@@ -85,6 +85,23 @@ def test_run_continues_from_a_restored_state_bit_for_bit(sim, steps):
     assert sim.odometry == odometry
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="reads the memory of a process from /proc")
+def test_states_take_no_more_memory_than_their_size():
+    """A page keeps 350 of them. The size also limits how many it keeps of a large world."""
+    program = """
+import kbot
+sim = kbot.Simulation("kbot", "boxes")
+def pages():
+    return int(open("/proc/self/statm").read().split()[1])
+kept = [sim.state()]  # with what the first one imports
+before = pages()
+kept += [sim.state() for _ in range(200)]
+print((pages() - before) * 4096 / sum(state.size for state in kept))
+"""
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert float(ran.stdout) < 2.0
+
+
 def test_state_of_another_robot_is_rejected(sim, ball):
     with pytest.raises(KbotError, match="other robots or another world"):
         sim.restore(Simulation(ball).state())

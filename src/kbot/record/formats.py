@@ -15,6 +15,10 @@ TEXT = "std_msgs/msg/String"
 FIRST_TIME = 1
 """Nanoseconds. A ROS 1 bag treats time 0 as "no time", so messages at 0 are written with 1 ns."""
 
+INDEX_BYTES = 256 * 1024
+"""Bytes of a recording's index that a writer keeps in memory. The index grows by 2 MB an hour. The rest is
+in a temporary file until the recording is closed."""
+
 Note = Callable[[str, dict[str, str]], None]
 
 

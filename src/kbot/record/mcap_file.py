@@ -1,19 +1,17 @@
-"""Reads and writes MCAP files. The index gives access to any time without reading the file up to it."""
+"""Reads MCAP files. The index gives access to any time without reading the file up to it."""
 
 from __future__ import annotations
 
-import os
 import zlib
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
-from importlib.metadata import version
 from io import SEEK_END, BytesIO
 from itertools import pairwise
 from pathlib import Path
 from struct import Struct
 from struct import error as StructError
-from typing import IO, Any, cast
+from typing import IO, Any
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -33,101 +31,18 @@ from mcap.records import (
     Statistics,
 )
 from mcap.summary import Summary
-from mcap.writer import CompressionType, Writer
 
 from kbot.record.chunks import ChunkCache, in_time_order
 from kbot.record.encodings.foreign_types import full_name
 from kbot.record.encodings.quality import latches, offered_qos
 from kbot.record.entry import RecordedMessage, Types
-from kbot.record.formats import BrokenOff, NoIndex, Note, Recordable
+from kbot.record.formats import BrokenOff, NoIndex, Note
 from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
 from kbot.text import KbotError
 
-
-class UnbufferedFile:
-    """A file that is written without a buffer, so that written data survives a crash of the process. A write
-    that fails is undone, so the file never ends with a part of a record."""
-
-    def __init__(self, path: str) -> None:
-        """Raises OSError: the file exists, or cannot be created."""
-        self._descriptor = os.open(
-            path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666
-        )
-        self._end = 0
-
-    def write(self, data: bytes) -> int:
-        """Append the data. If it raises OSError, the file is unchanged."""
-        view = memoryview(data)
-        try:
-            while view:
-                view = view[os.write(self._descriptor, view) :]
-        except OSError:
-            os.ftruncate(self._descriptor, self._end)
-            raise
-        self._end += len(data)
-        return len(data)
-
-    def tell(self) -> int:
-        return self._end
-
-    def flush(self) -> None:
-        """Do nothing: there is no buffer."""
-
-    def close(self) -> None:
-        os.close(self._descriptor)
-
-
-CHUNK_BYTES = 256 * 1024
-
-
-class McapWriter:
-    """Writes whole chunks only, so that after a crash the file is readable up to its last chunk."""
-
-    def __init__(self, path: str, *, compress: bool = True) -> None:
-        """Raises OSError: the file exists or cannot be created."""
-        self._file = UnbufferedFile(path)
-        compression = CompressionType.ZSTD if compress else CompressionType.NONE
-        # Any: the library's methods have no return types
-        self._writer: Any = Writer(cast(IO[Any], self._file), CHUNK_BYTES, compression)
-        self._writer.start(profile="ros2", library=f"kbot {version('kbot')}")
-        self._channels: dict[tuple[str, str], int] = {}
-        self._schemas: dict[str, int] = {}
-        self._count = 0
-
-    def write(self, packet: Recordable) -> None:
-        key = (packet.topic, packet.type_name)
-        channel = self._channels.get(key) or self._new_channel(packet)
-        self._count += 1
-        self._writer.add_message(channel, packet.nanoseconds, packet.cdr, packet.nanoseconds, self._count)
-
-    def annotate(self, name: str, values: dict[str, str]) -> None:
-        self._writer.add_metadata(name, values)
-
-    def flush(self) -> None:
-        self._writer.flush()
-
-    def close(self) -> None:
-        self._writer.finish()
-        self._file.close()
-
-    def abandon(self) -> None:
-        self._file.close()
-
-    def _new_channel(self, packet: Recordable) -> int:
-        topic, type_name = packet.topic, packet.type_name
-        if type_name not in self._schemas:
-            text = packet.ros2_definition[0].encode()
-            self._schemas[type_name] = self._writer.register_schema(type_name, "ros2msg", text)
-        schema = self._schemas[type_name]
-        metadata = {"offered_qos_profiles": packet.offered_qos}
-        channel: int = self._writer.register_channel(topic, "cdr", schema, metadata)
-        self._channels[topic, type_name] = channel
-        return channel
-
-
 MAGIC = b"\x89MCAP0\r\n"
-_HEAD = Struct("<BQ")
-_MESSAGE = Struct("<HIQQ")
+RECORD_HEAD = Struct("<BQ")
+MESSAGE = Struct("<HIQQ")
 _CRC_BYTES = 1 << 20
 _PARSED: dict[int, Any] = {
     Opcode.CHANNEL: Channel,
@@ -168,15 +83,15 @@ def records(
         if allowance is not None:
             allowance.charge(records=1)
         stream.seek(at)
-        head = stream.read(_HEAD.size)
-        if len(head) < _HEAD.size:
+        head = stream.read(RECORD_HEAD.size)
+        if len(head) < RECORD_HEAD.size:
             raise Damaged(f"it ends in the middle of the record at byte {at:,}")
-        kind, length = _HEAD.unpack(head)
-        left = end - at - _HEAD.size
+        kind, length = RECORD_HEAD.unpack(head)
+        left = end - at - RECORD_HEAD.size
         check_length(at, length, left, is_skipped=kind not in wanted)
         if kind in wanted:
             yield at, _parsed(stream, kind, length, at)
-        at += _HEAD.size + length
+        at += RECORD_HEAD.size + length
 
 
 def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
@@ -191,8 +106,8 @@ def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
 def _parsed(stream: IO[bytes], kind: int, length: int, at: int) -> McapRecord:
     try:
         if kind == Opcode.MESSAGE:
-            channel, sequence, logged, published = _MESSAGE.unpack(stream.read(min(length, _MESSAGE.size)))
-            return Message(channel, logged, stream.read(length - _MESSAGE.size), published, sequence)
+            channel, sequence, logged, published = MESSAGE.unpack(stream.read(min(length, MESSAGE.size)))
+            return Message(channel, logged, stream.read(length - MESSAGE.size), published, sequence)
         found: McapRecord = _PARSED[kind].read(ReadDataStream(BytesIO(stream.read(length))))
     except (McapError, StructError, ValueError, OverflowError) as error:
         raise Damaged(f"the record at byte {at:,} is damaged: {error}") from None
@@ -221,7 +136,7 @@ def chunk_records(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecor
 def read_summary(stream: IO[bytes]) -> Summary | None:
     """Read the summary section. None if the file has none. Raises Damaged, OSError."""
     end = stream.seek(0, SEEK_END)
-    footer_at = end - len(MAGIC) - _HEAD.size - 20
+    footer_at = end - len(MAGIC) - RECORD_HEAD.size - 20
     if footer_at < len(MAGIC):
         raise Damaged("it ends before its footer")
     footer = record_at(stream, footer_at, Opcode.FOOTER)

@@ -37,7 +37,7 @@ def open_writer(path: str, *, compress: bool = True) -> RecordingWriter:
         match target.suffix:
             case ".mcap":
                 # imported lazily: only MCAP files need it
-                from kbot.record.mcap_file import McapWriter
+                from kbot.record.mcap_writer import McapWriter
 
                 return McapWriter(path, compress=compress)
             case ".bag":

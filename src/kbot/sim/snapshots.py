@@ -24,7 +24,26 @@ from kbot.text import KbotError
 from kbot.world import World
 
 _EVERYTHING = mujoco.mjtState.mjSTATE_INTEGRATION
-"""All that the next step depends on. With MuJoCo's FULLPHYSICS a restored run differs by 2e-12."""
+"""All that the next step depends on if no body sleeps. With MuJoCo's FULLPHYSICS a restored run differs by
+2e-12."""
+_AWAKE_COUNTS = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
+"""The engine counts what is awake only when something falls asleep or wakes."""
+
+
+@dataclass(frozen=True, slots=True)
+class EngineResults:
+    """What the engine computed in its last step, without contacts and constraints.
+
+    A copy of the engine's `MjData` would take 0.5 MB even for a small robot, and 14 MB of address space for
+    its stack. A page keeps hundreds of snapshots.
+    """
+
+    shapes: tuple[tuple[str, tuple[int, ...]], ...]
+    """The names of the arrays, and their shapes."""
+    arrays: bytes
+    """Their values one after the other."""
+    awake: tuple[int, ...]
+    """The values of `_AWAKE_COUNTS`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +51,8 @@ class Snapshot:
     """A saved state of a simulation.
 
     - `vector`: the engine's state.
-    - `engine`: a copy of the engine's data, because the vector does not include which bodies sleep.
+    - `results`: those of the engine's last step, because the vector does not include which bodies sleep, and
+      the engine does not compute the results of a sleeping body again.
     - `robots`: the state of each robot's controllers, by name.
     - `pushes`, `welds`: those that were active.
     - `built`: the world before anything was spawned or deleted.
@@ -45,7 +65,7 @@ class Snapshot:
 
     steps: int
     vector: NDArray[np.float64]
-    engine: mujoco.MjData
+    results: EngineResults
     robots: dict[str, SavedRobot]
     pushes: tuple[BodyWrench, ...]
     welds: tuple[Weld, ...]
@@ -58,7 +78,7 @@ class Snapshot:
     @property
     def size(self) -> int:
         """Bytes in memory, approximately."""
-        return int(self.vector.nbytes + self.engine.nbuffer + self.engine.maxuse_arena)
+        return self.vector.nbytes + len(self.results.arrays)
 
 
 class Snapshots:
@@ -77,16 +97,16 @@ class Snapshots:
         self._engine, self._commands, self._robots = engine, commands, robots
         self._disturbances, self._models = disturbances, models
         self._stepping, self._journal = stepping, journal
+        self._results_of: mujoco.MjModel | None = None
+        self._shapes: tuple[tuple[str, tuple[int, ...]], ...] = ()
+        """The arrays in `EngineResults` of the model `_results_of`."""
 
     def take(self) -> Snapshot:
         """Save everything that determines how the run continues."""
-        model, data = self._engine.model, self._engine.data
-        copy = mujoco.MjData(model)
-        mujoco.mj_copyData(copy, model, data)
         return Snapshot(
             self._engine.steps,
-            _read(model, data),
-            copy,
+            _read(self._engine.model, self._engine.data),
+            self._results(),
             {name: robot.save() for name, robot in self._robots.items()},
             self._disturbances.pushes,
             self._engine.assembly.welds,
@@ -112,17 +132,14 @@ class Snapshots:
             assembly = assembly.with_world(state.world)
         if state.welds != assembly.welds:
             assembly = assembly.with_welds(state.welds)
-        if not has_same_robots or len(state.vector) != len(_read(assembly.model, assembly.data)):
+        if not has_same_robots or state.results.shapes != _shapes(assembly.model):
             raise KbotError("the state is from a simulation with other robots or another world")
         if assembly is not engine.assembly:
             self._models.use(assembly)
-        try:
-            mujoco.mj_copyData(engine.data, engine.model, state.engine)
-        except mujoco.FatalError:
-            raise KbotError("the state is from a simulation with other robots or another world") from None
+        self._use(state)
         for name, robot in self._robots.items():
             robot.restore(state.robots[name])
-        self._disturbances.pushes = state.pushes  # the copied data contains their forces
+        self._disturbances.pushes = state.pushes  # the vector contains their forces
         self._commands.random.bit_generator.state = state.random
         self._journal.changes[:] = state.changes
         self._stepping.jump(state.steps)
@@ -159,6 +176,25 @@ class Snapshots:
             _read(self._engine.model, self._engine.data).astype("<f8").tobytes()
         ).hexdigest()
 
+    def _results(self) -> EngineResults:
+        model, data = self._engine.model, self._engine.data
+        if self._results_of is not model:
+            self._results_of, self._shapes = model, _shapes(model)
+        arrays = b"".join([getattr(data, name).tobytes() for name, _ in self._shapes])
+        return EngineResults(self._shapes, arrays, tuple(getattr(data, name) for name in _AWAKE_COUNTS))
+
+    def _use(self, state: Snapshot) -> None:
+        model, data = self._engine.model, self._engine.data
+        mujoco.mj_resetData(model, data)  # deletes the contacts, which the next step finds again
+        at = 0
+        for name, _ in state.results.shapes:
+            array = getattr(data, name)
+            array.flat = np.frombuffer(state.results.arrays, array.dtype, array.size, at)
+            at += array.nbytes
+        for name, count in zip(_AWAKE_COUNTS, state.results.awake, strict=True):
+            setattr(data, name, count)
+        mujoco.mj_setState(model, data, state.vector, _EVERYTHING)
+
     def _reset_models(self) -> None:
         if self._engine.assembly.welds:
             self._models.use(self._engine.assembly.with_welds(()))
@@ -167,6 +203,16 @@ class Snapshots:
         self._disturbances.pushes = ()
         for robot in self._robots.values():
             robot.restart()
+
+
+def _shapes(model: mujoco.MjModel) -> tuple[tuple[str, tuple[int, ...]], ...]:
+    """The names and shapes of the engine's arrays whose sizes do not change during a run.
+
+    The sizes of others, such as contacts, change. They are empty before the first step.
+    """
+    data = mujoco.MjData(model)
+    arrays = {name: getattr(data, name) for name in dir(data)}
+    return tuple((n, a.shape) for n, a in arrays.items() if isinstance(a, np.ndarray) and a.size)
 
 
 def _read(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
