@@ -68,6 +68,7 @@ $(installed): $(venv) pyproject.toml $(wildcard hatch_build.py) $(page)
 	@touch $@
 
 $(tests): $(installed)
+	@sh scripts/need_wheels.sh test $(python)
 	@echo "Installing what the tests need into .venv"
 	@$(pip) -e ".[test]"
 	@touch $@
