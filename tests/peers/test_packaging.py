@@ -2,10 +2,12 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tarfile
 import zipfile
+from email import message_from_bytes
 from importlib.metadata import version
 from pathlib import Path
 
@@ -70,6 +72,29 @@ def test_the_wheel_lists_the_npm_packages_in_its_page(built: Path) -> None:
     names = {f"{part.get('group', '')}/{part['name']}".strip("/") for part in bom["components"]}
     assert {"three", "uplot"} < {name.rpartition("/")[2] for name in names}
     assert not names & {"vite", "eslint", "typescript"}
+
+
+def test_the_wheel_has_the_licences_of_all_that_is_in_it(built: Path) -> None:
+    """Each package that npm installs for the page is in the file, or not in the page."""
+    (wheel,) = built.glob("*.whl")
+    info = f"kbot-{version('kbot')}.dist-info"
+    with zipfile.ZipFile(wheel) as archive:
+        metadata = message_from_bytes(archive.read(f"{info}/METADATA"))
+        files = metadata.get_all("License-File")
+        assert files == ["LICENSE", "src/kbot/workbench/page/third-party-licences.txt"]
+        texts = [archive.read(f"{info}/licenses/{file}").decode() for file in files]
+        assert texts[1] == archive.read("kbot/workbench/page/third-party-licences.txt").decode()
+        bom = json.loads(archive.read(f"{info}/sboms/page.cdx.json"))
+        page = b"".join(archive.read(name) for name in archive.namelist() if "/page/" in name)
+    assert metadata["License-Expression"] == "Apache-2.0 AND MIT AND OFL-1.1"
+    assert "Apache License" in texts[0]
+    listed = dict(re.findall(r"^(\S+) (\d\S*) \(\S+\)$", texts[1], re.MULTILINE))
+    installed = {part["purl"].partition("npm/")[2].replace("%40", "@") for part in bom["components"]}
+    assert {f"{name}@{release}" for name, release in listed.items()} <= installed
+    for name in listed:
+        assert name in texts[1]
+    assert len(listed) >= 20
+    assert page.count(b"wOF2") == 2  # Inter and JetBrains Mono; the offline page has them as base64
 
 
 def test_the_sdist_contains_the_sources_and_the_built_page(built: Path) -> None:
