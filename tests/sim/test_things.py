@@ -45,6 +45,22 @@ def test_run_with_a_spawned_object_does_not_depend_on_chunks(sim: Simulation) ->
     assert ends[0][1].x > 0.05
 
 
+def test_journal_keeps_only_what_changed_in_the_end(sim: Simulation) -> None:
+    """A program may spawn and delete all the time. Each change of the world is recorded with all of them."""
+    built = next(body.name for body in sim.world.bodies if body.name.startswith("box"))
+    sim.models.delete_model(built)
+    for _ in range(3):
+        sim.models.spawn_thing("crate", built, x=3.0)
+        sim.models.spawn_model(sim.robot, "other", y=3.0)
+        sim.models.delete_model("other")
+        sim.models.delete_model(built)
+    sim.models.spawn_thing("crate", "last", x=3.0)
+    assert [(what, note.get("name", note.get("robot"))) for what, note in sim.journal.changes] == [
+        ("delete_model", built),
+        ("spawn_thing", "last"),
+    ]
+
+
 def test_every_library_model_is_placed_at_its_pose(sim: Simulation) -> None:
     for index, model in enumerate(MODELS):
         body = sim.models.spawn_thing(model, x=4.0 * index + 5.0, y=3.0, yaw=0.5)

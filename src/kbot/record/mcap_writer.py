@@ -75,6 +75,7 @@ class McapWriter:
     def __init__(self, path: str, *, compress: bool = True) -> None:
         """Raises OSError: the file exists or cannot be created."""
         self._file = UnbufferedFile(path)
+        self._file.write(MAGIC + _encoded(Header("ros2", f"kbot {version('kbot')}")))
         self._compression = ""
         self._compress: Callable[[bytearray], bytes] = bytes
         if compress:
@@ -96,7 +97,6 @@ class McapWriter:
         self._chunks = 0
         self._chunk_index = SpooledTemporaryFile(INDEX_BYTES)  # noqa: SIM115 - open until `close`
         self._metadata_index: list[MetadataIndex] = []
-        self._file.write(MAGIC + _encoded(Header("ros2", f"kbot {version('kbot')}")))
 
     def write(self, packet: Recordable) -> None:
         channel = self._channels.get((packet.topic, packet.type_name)) or self._new_channel(packet)

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from kbot.sim import Simulation
 
 WORLD_TOPIC = "/kbot/world"
-"""All objects and robots that were added or removed since the world was built, as JSON in a String, after
-each change."""
+"""How the present objects and robots differ from the world that was built, as JSON in a String, after each
+change."""
 POSES_TOPIC = "/kbot/poses"
 """Transforms from `world` to the robot's root, to each movable object, and to `robot/link` of all other
 robots."""
@@ -42,6 +42,9 @@ _NEVER = np.inf
 """Marks a pose that must be published again: it differs from any real pose."""
 
 
+Changes = list[tuple[str, dict[str, object]]]
+
+
 class WorldRecorder:
     """Records changes and poses while the simulation runs, without influence on the run."""
 
@@ -53,17 +56,18 @@ class WorldRecorder:
         """Body indices of the physics engine, in the order of `_names`."""
         self._published: NDArray[np.float64] = np.empty((0, 12))
         """The last published position (3) and rotation matrix (9) of each body."""
-        self._count, self._seen = 0, -1
+        self._count = 0
+        self._seen: Changes | None = None
         self.record_changes()
         self._publish_poses()
         self._timer = simulation.clock.every(RATE, self._publish_poses)
 
     def record_changes(self) -> None:
         """Record new changes of the world. Call this when objects may have been added or removed."""
-        if len(self._simulation.journal.changes) == self._seen:
+        if self._simulation.journal.changes == self._seen:
             return
-        self._seen = len(self._simulation.journal.changes)
-        text = json.dumps([{"do": what, **numbers} for what, numbers in self._simulation.journal.changes])
+        self._seen = list(self._simulation.journal.changes)
+        text = json.dumps([{"do": what, **numbers} for what, numbers in self._seen])
         self._publish(WORLD_TOPIC, String(text))
         self._published[:] = _NEVER
 

@@ -31,8 +31,8 @@ class _Bag(Writer):
     with a lidar. It needs them only for the index of their chunk, and then their number.
     """
 
-    def __init__(self, path: str) -> None:
-        super().__init__(path)
+    def open(self) -> None:
+        super().open()
         # open until the bag is closed
         self._chunk_infos = cast(BinaryIO, SpooledTemporaryFile(INDEX_BYTES))  # noqa: SIM115
         self._count = 0
@@ -79,7 +79,7 @@ class _Bag(Writer):
         """Close the file without an index."""
         if self.bio is not None:
             self.bio.close()
-        self._chunk_infos.close()
+            self._chunk_infos.close()
 
 
 class Ros1Writer:
