@@ -9,6 +9,6 @@ last=$(newest "$1")
 last=${last:-$(newest base)}
 minor=$("$2" -c 'import sys; print(sys.version_info[1])')
 [ "$minor" -le "$last" ] && exit 0
-[ "$1" = base ] && what="KBot" || what="the extra '$1' of KBot"
-echo "There are no packages for Python 3.$minor that $what needs. Use Python 3.$last." >&2
+[ "$1" = base ] && what="KBot" || what="the extra '$1'"
+echo "Some packages that $what needs have no wheel for Python 3.$minor. Use Python 3.$last." >&2
 exit 1
