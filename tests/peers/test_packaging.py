@@ -128,3 +128,13 @@ def test_the_command_for_an_extra_works_for_a_wheel_and_in_a_clone(bare: Path, t
     (line,) = run(bare / "python", "-c", INSTALL, cwd=tmp_path).splitlines()
     run("sh", "-c", f"{line} --quiet", cwd=tmp_path)
     run(bare / "python", "-c", "import OpenGL", cwd=tmp_path)
+
+
+def test_the_installation_is_small(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """5 % above its size of today, because the libraries have releases of their own."""
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    from bench_install_size import TARGET, sizes_of
+
+    sizes = sizes_of(bare)
+    assert {"kbot", "numpy", "mujoco-core"} < set(sizes)
+    assert sum(size for _, size, _ in sizes.values()) < 1.05 * TARGET, sizes
