@@ -78,7 +78,7 @@ def _shown(text: Callable[[], str]) -> Iterator[None]:
             return
         terminal = sys.stderr
         line = _LastLine(terminal)
-        sys.stderr = line  # type: ignore[assignment]  # it is a TextIO by __getattr__
+        sys.stderr = line  # it is a TextIO by __getattr__
         try:
             for mark in cycle("-\\|/"):
                 line.show(f"{mark} {text()}")
