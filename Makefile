@@ -14,7 +14,8 @@ python := .venv/bin/python
 venv := .venv/made-$(place)
 installed := .venv/installed-$(place)
 tests := .venv/tests-$(place)
-pip := $(python) -m pip install -q --disable-pip-version-check
+# pip would compile 36 MB of bytecode, of which a simulation imports 6 MB. Python compiles these when it imports them.
+pip := $(python) -m pip install -q --no-compile --disable-pip-version-check
 npm := $(python) hatch_build.py npm --silent
 page := $(shell find web -type f -not -path '*/node_modules/*' -not -path 'web/tests/*' 2>/dev/null)
 
@@ -68,6 +69,7 @@ $(installed): $(venv) pyproject.toml $(wildcard hatch_build.py) $(page)
 	@touch $@
 
 $(tests): $(installed)
+	@sh scripts/need_wheels.sh test $(python)
 	@echo "Installing what the tests need into .venv"
 	@$(pip) -e ".[test]"
 	@touch $@

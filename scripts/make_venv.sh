@@ -1,13 +1,34 @@
 #!/bin/sh
-# Create the virtual environment .venv with the first Python >= 3.11 that is found ($PYTHON has precedence).
+# Create the virtual environment .venv. It gets the first Python >= 3.11 that has wheels for the tests, or else the
+# first that has wheels for KBot alone. $PYTHON has precedence.
 set -eu
-for python in "${PYTHON:-}" python3 python3.14 python3.13 python3.12 python3.11 python; do
-    [ -n "$python" ] && command -v "$python" >/dev/null || continue
-    "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && found=$python && break
-done
-if [ -z "${found:-}" ]; then
-    echo "KBot needs Python 3.11 or later, but none was found. To name one: PYTHON=/path/to/python make …" >&2
-    exit 1
+# Of the interpreters after $1, sets `found` to the first that has wheels for $1, or `refused` to what the last lacks.
+find_python() {
+    extra=$1
+    shift
+    for python in "$@"; do
+        "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || continue
+        if refused=$(sh scripts/need_wheels.sh "$extra" "$python" 2>&1); then
+            found=$python
+            return
+        fi
+    done
+}
+if [ -n "${PYTHON:-}" ]; then
+    set -- "$PYTHON"
+else
+    set -- python3 python3.14 python3.13 python3.12 python3.11 python
+fi
+found="" refused=""
+find_python test "$@"
+if [ -z "$found" ]; then
+    for_tests=$refused
+    find_python base "$@"
+    if [ -z "$found" ]; then
+        echo "${refused:-KBot needs Python 3.11 or later, but none was found.} To name one: PYTHON=/path/to/python make …" >&2
+        exit 1
+    fi
+    echo "$for_tests KBot runs without this extra, but make test needs it."
 fi
 echo "Creating .venv with $("$found" --version)"
 rm -rf .venv

@@ -1,7 +1,10 @@
 import { defineConfig } from "vite";
 
+import { listPackages } from "./list-packages.ts";
+
 export default defineConfig({
   base: "./",
+  plugins: [listPackages()],
   build: {
     target: "es2022",
     assetsInlineLimit: 0,

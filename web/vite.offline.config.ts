@@ -1,7 +1,10 @@
 import { defineConfig } from "vite";
 
+import { listPackages } from "./list-packages.ts";
+
 /** Builds one script and one style sheet. Python puts them into one HTML file together with a robot. */
 export default defineConfig({
+  plugins: [listPackages()],
   build: {
     target: "es2022",
     outDir: "dist/offline",

@@ -1,6 +1,6 @@
 """Train a policy that drives to goals, and write it as an ONNX file.
 
-pip install 'kbot[learn,policy]' stable-baselines3 onnxscript
+Install what it needs in KBot's folder: pip install -e '.[learn,policy]' stable-baselines3 onnxscript
 python train.py --steps 40000
 """
 

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from kbot.ros.bridges.ros2.samples import sample_of, sample_type
 from kbot.ros.peers import RosPeers
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 
 from .conftest import Running
 
@@ -96,5 +98,5 @@ def test_error_without_the_extra_names_it(monkeypatch: pytest.MonkeyPatch) -> No
     outputs = RunOutputs(print, peers=RosPeers(print, ["ros2"]))
     import kbot
 
-    with pytest.raises(KbotError, match=r"pip install 'kbot\[ros2\]'"):
+    with pytest.raises(KbotError, match=re.escape(needs_extra("ROS 2", "ros2"))):
         outputs.join(Simulation(kbot.load("kbot")), "", "empty")

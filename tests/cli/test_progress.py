@@ -97,6 +97,45 @@ def test_a_terminal_shows_how_many_parts_are_done(monkeypatch: pytest.MonkeyPatc
     assert b"running" in shown
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="terminals are opened otherwise on Windows")
+def test_lines_are_printed_above_the_progress_which_is_cleared(
+    monkeypatch: pytest.MonkeyPatch, at_once: None
+) -> None:
+    import termios  # not on Windows
+
+    master, slave = os.openpty()
+    termios.tcsetwinsize(slave, (24, 20))
+    with os.fdopen(slave, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        shown = b""
+        with progress.busy("loading a file with a long name"):
+            while b"loading" not in shown:
+                shown += os.read(master, 1000)
+            sys.stderr.write("a note\n")
+            sys.stderr.write("no break")
+        assert sys.stderr is terminal
+        terminal.flush()
+        while not shown.endswith(b"no break"):
+            shown += os.read(master, 1000)
+    os.close(master)
+    drawn, *after = shown.decode().split("\r\x1b[2K")
+    assert drawn == ""
+    lines = {text[2:] for text in after if text[:2] in ("- ", "\\ ", "| ", "/ ")}
+    assert lines == {"loading a file wi"}, "one column less than the terminal, or it would wrap"
+    assert "a note\r\n" in after, "on a line of its own"
+    assert after[-1] == "no break", "on a cleared line"
+
+
+def test_a_terminal_that_cannot_clear_a_line_shows_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], at_once: None
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "dumb")
+    with progress.busy("loading it"):
+        time.sleep(0.1)
+    assert capsys.readouterr() == ("", "")
+
+
 def test_a_pipe_gets_no_bar(capsys: pytest.CaptureFixture[str], at_once: None) -> None:
     with progress.counting("running", 7) as advance:
         advance()

@@ -20,6 +20,7 @@ from kbot.cli import main
 from kbot.cli.sweep import command as sweep_command
 from kbot.sweep import sweep
 from kbot.text import DescriptionError, KbotError
+from kbot.text.extras import needs_extra
 from kbot.text.notes import notes_sent_to
 from kbot.trials import RobotSource, run_trial
 from kbot.trials.scenario_file import read_scenarios
@@ -268,7 +269,7 @@ def test_a_json_object_is_printed_after_an_error(capsys: pytest.CaptureFixture[s
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    assert error("kbot", *RADII, *SHORT) == "PyArrow is not installed: pip install 'kbot[sweep]'"
+    assert error("kbot", *RADII, *SHORT) == needs_extra("a sweep", "sweep")
 
 
 def test_a_range_of_integers_is_noted() -> None:

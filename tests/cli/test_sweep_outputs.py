@@ -12,9 +12,9 @@ from pyarrow import parquet
 
 from kbot.cli import main
 from kbot.cli.sweep import command as sweep_command
-from kbot.sweep import cluster
 from kbot.sweep.journal import Journal, Row
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 from kbot.text.notes import notes_sent_to
 from kbot.trials import RobotSource, run_trial
 from kbot.trials.scenario_file import read_scenarios
@@ -125,7 +125,7 @@ def test_what_cannot_be_written_is_an_error_before_the_runs(words: tuple[str, ..
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "ray", None)
-    assert refused("--on", "ray") == cluster.MISSING_EXTRA
+    assert refused("--on", "ray") == needs_extra("--on ray", "ray")
 
 
 def test_a_folder_in_place_of_a_file_is_reported_before_the_runs(folder: Path) -> None:

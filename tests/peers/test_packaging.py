@@ -2,10 +2,12 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tarfile
 import zipfile
+from email import message_from_bytes
 from importlib.metadata import version
 from pathlib import Path
 
@@ -72,6 +74,29 @@ def test_the_wheel_lists_the_npm_packages_in_its_page(built: Path) -> None:
     assert not names & {"vite", "eslint", "typescript"}
 
 
+def test_the_wheel_has_the_licences_of_all_that_is_in_it(built: Path) -> None:
+    """Each package that npm installs for the page is in the file, or not in the page."""
+    (wheel,) = built.glob("*.whl")
+    info = f"kbot-{version('kbot')}.dist-info"
+    with zipfile.ZipFile(wheel) as archive:
+        metadata = message_from_bytes(archive.read(f"{info}/METADATA"))
+        files = metadata.get_all("License-File")
+        assert files == ["LICENSE", "src/kbot/workbench/page/third-party-licences.txt"]
+        texts = [archive.read(f"{info}/licenses/{file}").decode() for file in files]
+        assert texts[1] == archive.read("kbot/workbench/page/third-party-licences.txt").decode()
+        bom = json.loads(archive.read(f"{info}/sboms/page.cdx.json"))
+        page = b"".join(archive.read(name) for name in archive.namelist() if "/page/" in name)
+    assert metadata["License-Expression"] == "Apache-2.0 AND MIT AND OFL-1.1"
+    assert "Apache License" in texts[0]
+    listed = dict(re.findall(r"^(\S+) (\d\S*) \(\S+\)$", texts[1], re.MULTILINE))
+    installed = {part["purl"].partition("npm/")[2].replace("%40", "@") for part in bom["components"]}
+    assert {f"{name}@{release}" for name, release in listed.items()} <= installed
+    for name in listed:
+        assert name in texts[1]
+    assert len(listed) >= 20
+    assert page.count(b"wOF2") == 2  # Inter and JetBrains Mono; the offline page has them as base64
+
+
 def test_the_sdist_contains_the_sources_and_the_built_page(built: Path) -> None:
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
@@ -90,3 +115,26 @@ def test_the_installed_command_works_anywhere(bare: Path, tmp_path: Path) -> Non
     result = json.loads(run(kbot, *words, cwd=tmp_path))
     assert result["simulated_s"] == pytest.approx(1.0)
     assert 0.1 < result["pose"]["x"] < 0.2
+
+
+INSTALL = "from kbot.text.extras import install_command; print(install_command('camera'))"
+
+
+def test_the_command_for_an_extra_works_for_a_wheel_and_in_a_clone(bare: Path, tmp_path: Path) -> None:
+    """`camera` is the smallest extra: PyOpenGL."""
+    for python, folder in ((bare / "python", tmp_path), (sys.executable, ROOT)):
+        command = run(python, "-c", INSTALL, cwd=folder)
+        run("sh", "-c", f"{command.strip()} --quiet --dry-run", cwd=folder)
+    (line,) = run(bare / "python", "-c", INSTALL, cwd=tmp_path).splitlines()
+    run("sh", "-c", f"{line} --quiet", cwd=tmp_path)
+    run(bare / "python", "-c", "import OpenGL", cwd=tmp_path)
+
+
+def test_the_installation_is_small(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """5 % above its size of today, because the libraries have releases of their own."""
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    from bench_install_size import TARGET, sizes_of
+
+    sizes = sizes_of(bare)
+    assert {"kbot", "numpy", "mujoco-core"} < set(sizes)
+    assert sum(size for _, size, _ in sizes.values()) < 1.05 * TARGET, sizes

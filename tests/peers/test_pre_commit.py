@@ -160,7 +160,7 @@ def action(published: Path, tmp_path_factory: pytest.TempPathFactory) -> Action:
 def inputs_of(workflow: Path) -> dict[str, str]:
     """What a workflow gives to KBot's action."""
     (job,) = yaml.safe_load(workflow.read_text("utf-8"))["jobs"].values()
-    (ours,) = (step for step in job["steps"] if step["uses"].startswith("OWNER/kbot@"))
+    (ours,) = (step for step in job["steps"] if step.get("uses") == "./.kbot")
     found: dict[str, str] = ours["with"]
     return found
 
@@ -184,15 +184,16 @@ def test_the_steps_of_the_action_annotate_fail_and_drive(tmp_path: Path, action:
 
 
 def test_the_action_refuses_a_bad_change_of_a_new_package_and_accepts_a_good_one(
-    tmp_path: Path, action: Action
+    tmp_path: Path, action: Action, published: Path
 ) -> None:
-    """In a repository with a package from `kbot new` and its workflow."""
+    """In a repository with a package from `kbot new` and its workflow, which clones KBot into it."""
     action.kbot("new", "my_robot", cwd=tmp_path)
     package = tmp_path / "my_robot"
     inputs = inputs_of(package / ".github" / "workflows" / "robot.yml")
     git("init", "-q", cwd=package)
     git("add", "--all", cwd=package)
     git("commit", "-q", "-m", "all", cwd=package)
+    git("clone", "-q", published, package / ".kbot", cwd=package)
 
     def statuses() -> dict[str, int]:
         steps = {"Check": inputs, "Test": inputs, "Try": {"trials": "test"}}
@@ -220,7 +221,9 @@ def test_the_action_refuses_a_bad_change_of_a_new_package_and_accepts_a_good_one
     assert statuses() == {"Check": 0, "Test": 0, "Try": 0}, texts
 
 
-def test_the_action_posts_how_a_pull_request_changes_the_behaviour(tmp_path: Path, action: Action) -> None:
+def test_the_action_posts_how_a_pull_request_changes_the_behaviour(
+    tmp_path: Path, action: Action, published: Path
+) -> None:
     """`origin` is a repository on this machine, and a program that notes its arguments replaces `gh`."""
     package, origin, programs = (tmp_path / name for name in ("my_robot", "origin", "programs"))
     action.kbot("new", "my_robot", cwd=tmp_path)
@@ -230,6 +233,7 @@ def test_the_action_posts_how_a_pull_request_changes_the_behaviour(tmp_path: Pat
     git("add", "--all", cwd=package)
     git("commit", "-q", "-m", "all", cwd=package)
     git("push", "-q", "origin", "HEAD:main", cwd=package)
+    git("clone", "-q", published, package / ".kbot", cwd=package)
     programs.mkdir()
     (programs / "gh").write_text('#!/bin/sh\necho "$@" > gh.txt\ncat "$5" >> gh.txt\n')
     (programs / "gh").chmod(0o755)

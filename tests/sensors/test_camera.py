@@ -1,6 +1,7 @@
 """Camera images against projection and the lidar."""
 
 import math
+import re
 import threading
 
 import numpy as np
@@ -12,6 +13,7 @@ from kbot.render import offscreen
 from kbot.sensors import Camera, Lidar, Noise
 from kbot.sim import Simulation
 from kbot.text import KbotError
+from kbot.text.extras import install_command
 from kbot.world.builders import box, floor
 from kbot.world.world import World
 
@@ -134,7 +136,8 @@ def test_missing_opengl_error_names_what_to_install(robot, monkeypatch):
         __import__("sys").modules, "mujoco.egl", type("egl", (), {"GLContext": staticmethod(fails)})
     )
     monkeypatch.setattr(offscreen.sys, "platform", "linux")
-    with pytest.raises(KbotError, match=r"no libEGL\.so\): pip install 'kbot\[camera\]'"):
+    hint = f"no libEGL.so). Install the extra 'camera' with: {install_command('camera')}. On Linux, also: apt"
+    with pytest.raises(KbotError, match=re.escape(hint)):
         Simulation(robot).add_sensor(Camera(link="base_link", width=8, height=8))
 
 

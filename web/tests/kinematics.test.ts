@@ -105,6 +105,7 @@ describe("Replies", () => {
       sources: [],
       meshes: {},
       kinematics: arm(),
+      licences: "",
       states,
     };
     const replies = new Replies((message) => received.push(message), saved);

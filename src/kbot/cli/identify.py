@@ -21,6 +21,7 @@ from kbot.cli.arguments import (
 from kbot.cli.output import fail, print_json
 from kbot.cli.progress import busy
 from kbot.text.errors import KbotError
+from kbot.text.extras import needs_extra
 
 if TYPE_CHECKING:
     from kbot.identify.log import DriveLog
@@ -118,7 +119,7 @@ class _Request:
 
 def _identify(request: _Request) -> tuple[DriveLog, Nominal, Identification]:
     if find_spec("scipy") is None:
-        fail("SciPy is not installed: pip install 'kbot[identify]'")
+        fail(needs_extra("kbot identify", "identify"))
     from kbot.identify.csv_file import read_csv  # imported lazily, so that -h stays fast
     from kbot.identify.identification import identify
     from kbot.identify.recording import read_recording

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from datetime import timedelta
+from itertools import cycle
 from time import monotonic, process_time
-from typing import TYPE_CHECKING
+from typing import TextIO
 
 from kbot.cli.output import print_note
 from kbot.text.progress import progress_sent_to
-
-if TYPE_CHECKING:
-    from rich.status import Status
+from kbot.text.terminal import for_progress
 
 PATIENCE = 1.0
 """Seconds after which the terminal shows that KBot is busy. Shorter waits need no display."""
@@ -24,47 +24,106 @@ LINE_SECONDS = 60.0
 SLOW = 10.0
 """Seconds of processor time after which a file or a pipe gets a line about what takes so long. Wall-clock
 time would depend on how busy the machine is."""
+REFRESH = 0.1
+"""Seconds between two updates of the progress line."""
+_BAR = 30
+"""Characters of the bar."""
+_COLUMNS = 80
+"""Width of a terminal that does not report its own."""
+
+
+class _LastLine:
+    """A terminal whose last line shows the progress. What is written to it appears above this line."""
+
+    def __init__(self, terminal: TextIO) -> None:
+        self.terminal = terminal
+        self._lock = threading.Lock()
+        self._unfinished = ""
+
+    def __getattr__(self, name: str) -> object:
+        """Everything else is the terminal's."""
+        return getattr(self.terminal, name)
+
+    def write(self, text: str) -> int:
+        with self._lock:
+            lines, end, self._unfinished = (self._unfinished + text).rpartition("\n")
+            if end:
+                self._show("")
+                self.terminal.write(lines + end)
+                self.terminal.flush()
+        return len(text)
+
+    def show(self, text: str) -> None:
+        with self._lock:
+            self._show(text)
+
+    def close(self) -> None:
+        """Clear the line. Then write what does not end with a line break."""
+        self.show("")
+        self.terminal.write(self._unfinished)
+
+    def _show(self, text: str) -> None:
+        try:
+            columns = os.get_terminal_size(self.terminal.fileno()).columns or _COLUMNS
+        except (OSError, ValueError):
+            columns = _COLUMNS
+        line = for_progress(self.terminal)
+        line.write("\r\x1b[2K" + text[: columns - 1])  # a longer line would wrap, and not be cleared
+        line.flush()
+
+
+@contextmanager
+def _shown(text: Callable[[], str]) -> Iterator[None]:
+    """Show a text in the last line of the terminal within the block, if the block takes a while."""
+    done = threading.Event()
+
+    def show() -> None:
+        if done.wait(PATIENCE):
+            return
+        terminal = sys.stderr
+        line = _LastLine(terminal)
+        sys.stderr = line  # it is a TextIO by __getattr__
+        try:
+            for mark in cycle("-\\|/"):
+                line.show(f"{mark} {text()}")
+                if done.wait(REFRESH):
+                    return
+        finally:
+            sys.stderr = terminal
+            line.close()
+
+    thread = threading.Thread(target=show, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def _is_terminal() -> bool:
+    """Whether stderr is a terminal that can clear a line."""
+    return sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
 
 @contextmanager
 def busy(what: str) -> Iterator[Callable[[str], None]]:
     """Show `what` on stderr within the block, if the block takes a while.
 
-    The yielded function replaces the text. Do not print to stdout in the block: on a terminal it would go to
-    stderr. Without a terminal, lines on stderr show the text.
+    The yielded function replaces the text. Do not print to stdout in the block: the text would begin behind
+    the progress. Without a terminal, lines on stderr show the text.
     """
-    if not sys.stderr.isatty():
+    if not _is_terminal():
         with _printed_if_slow(what) as replace:
             yield replace
         return
-    status: Status | None = None
-    with ExitStack() as shown:
 
-        def show() -> None:
-            nonlocal status
-            from rich.console import Console  # slow to import; only on a terminal
-            from rich.text import Text  # a file name may look like markup
+    def replace(text: str) -> None:
+        nonlocal what
+        what = text
 
-            from kbot.text.terminal import for_progress
-
-            status = shown.enter_context(Console(file=for_progress(sys.stderr)).status(Text(what)))
-
-        def replace(text: str) -> None:
-            nonlocal what
-            what = text
-            if status is not None:
-                from rich.text import Text
-
-                status.update(Text(text))
-
-        waiting = threading.Timer(PATIENCE, show)
-        waiting.daemon = True
-        waiting.start()
-        try:
-            yield replace
-        finally:
-            waiting.cancel()
-            waiting.join()
+    with _shown(lambda: what):
+        yield replace
 
 
 @contextmanager
@@ -95,7 +154,7 @@ def _printed_if_slow(what: str) -> Iterator[Callable[[str], None]]:
 class _TimeLeft:
     """The time left for parts of a whole, if each takes as long as the mean of those that are done.
 
-    Rich estimates from the last seconds only, in which a long part shows nothing, or several end at once.
+    The last seconds alone say little: a long part shows nothing in them, or several end at once.
     """
 
     def __init__(self, total: int, now: float) -> None:
@@ -121,36 +180,16 @@ def counting(what: str, total: int) -> Iterator[Callable[[], None]]:
     The yielded function reports that one more part is done. Without a terminal, lines on stderr show it.
     """
     left = _TimeLeft(total, monotonic())
-    if not sys.stderr.isatty() or not total:
+    if not _is_terminal() or not total:
         yield _lines(what, left)
         return
-    from rich.console import Console  # slow to import; only on a terminal
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
-    from rich.text import Text
 
-    from kbot.text.terminal import for_progress
+    def text() -> str:
+        bar = "#" * (_BAR * left.done // total)
+        return f"{what} [{bar:-<{_BAR}}] {left.done}/{total} {_duration(left.seconds(monotonic()))}"
 
-    class TimeColumn(ProgressColumn):
-        def render(self, task: Task) -> Text:
-            return Text(_duration(left.seconds(monotonic())))
-
-    columns = TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeColumn()
-    progress = Progress(*columns, console=Console(file=for_progress(sys.stderr)), transient=True)
-    bar = progress.add_task(what, total=total)
-
-    def advance() -> None:
-        left.advance(monotonic())
-        progress.advance(bar)
-
-    waiting = threading.Timer(PATIENCE, progress.start)
-    waiting.daemon = True
-    waiting.start()
-    try:
-        yield advance
-    finally:
-        waiting.cancel()
-        waiting.join()
-        progress.stop()
+    with _shown(text):
+        yield lambda: left.advance(monotonic())
 
 
 def _lines(what: str, left: _TimeLeft) -> Callable[[], None]:

@@ -17,6 +17,7 @@ import numpy as np
 from kbot.record.limits import size_on_disk
 from kbot.record.reader import Recording
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 from kbot.text.suggest import did_you_mean
 
 Cell = float | int | str | bool
@@ -117,7 +118,7 @@ class MessageTable:
             import pyarrow  # an extra
             from pyarrow import parquet
         except ModuleNotFoundError:
-            raise KbotError("Parquet is not installed: pip install 'kbot[parquet]'") from None
+            raise KbotError(needs_extra("Parquet", "parquet")) from None
         table = pyarrow.table({name: [row.get(name) for row in self.rows] for name in self.columns})
         buffer = io.BytesIO()
         parquet.write_table(table, buffer, compression="zstd")

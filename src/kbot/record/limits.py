@@ -128,13 +128,7 @@ def _inflated(data: bytes, compression: str, most: int) -> bytes:
         case "" | "none":
             return data
         case "zstd":
-            import zstandard  # imported lazily: only this compression needs it
-
-            try:
-                with zstandard.ZstdDecompressor().stream_reader(data, read_across_frames=True) as reader:
-                    return reader.read(most)
-            except zstandard.ZstdError as error:
-                raise ValueError(str(error)) from None
+            return _unpacked_frames(data, most)
         case "lz4":
             from lz4.frame import LZ4FrameDecompressor
 
@@ -150,3 +144,25 @@ def _inflated(data: bytes, compression: str, most: int) -> bytes:
     if not stream.eof and len(found) < most:
         raise ValueError(f"the {compression} data is incomplete")
     return found
+
+
+def _unpacked_frames(data: bytes, most: int) -> bytes:
+    """Decompress up to `most` bytes of any number of zstd frames. Raises ValueError: one is damaged or
+    incomplete."""
+    from kbot.record.zstd import (
+        ZstdDecompressor,
+        ZstdError,
+    )  # imported lazily: only this compression needs it
+
+    parts: list[bytes] = []
+    while data and most > 0:
+        frame = ZstdDecompressor()
+        try:
+            parts.append(frame.decompress(data, most))
+        except ZstdError as error:
+            raise ValueError(str(error)) from None
+        most -= len(parts[-1])
+        if not frame.eof and most > 0:
+            raise ValueError("the zstd data is incomplete")
+        data = frame.unused_data
+    return b"".join(parts)

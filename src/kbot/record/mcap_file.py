@@ -5,18 +5,25 @@ from __future__ import annotations
 import zlib
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from io import SEEK_END, BytesIO
 from itertools import pairwise
 from pathlib import Path
-from struct import Struct
 from struct import error as StructError
-from typing import IO, Any
+from typing import IO
 
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.records import (
+from kbot.brief import Brief, counted
+from kbot.record.chunks import ChunkCache, in_time_order
+from kbot.record.encodings.foreign_types import full_name
+from kbot.record.encodings.quality import latches, offered_qos
+from kbot.record.entry import RecordedMessage, Types
+from kbot.record.formats import BrokenOff, NoIndex, Note
+from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
+from kbot.record.mcap_records import (
+    HEAD,
+    MAGIC,
+    MESSAGE,
     Channel,
     Chunk,
     ChunkIndex,
@@ -27,35 +34,27 @@ from mcap.records import (
     Message,
     Metadata,
     MetadataIndex,
+    Opcode,
     Schema,
     Statistics,
 )
-from mcap.summary import Summary
-
-from kbot.brief import Brief, counted
-from kbot.record.chunks import ChunkCache, in_time_order
-from kbot.record.encodings.foreign_types import full_name
-from kbot.record.encodings.quality import latches, offered_qos
-from kbot.record.entry import RecordedMessage, Types
-from kbot.record.formats import BrokenOff, NoIndex, Note
-from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
 from kbot.text import KbotError
 
-MAGIC = b"\x89MCAP0\r\n"
-RECORD_HEAD = Struct("<BQ")
-MESSAGE = Struct("<HIQQ")
 _CRC_BYTES = 1 << 20
-_PARSED: dict[int, Any] = {
-    Opcode.CHANNEL: Channel,
-    Opcode.CHUNK: Chunk,
-    Opcode.CHUNK_INDEX: ChunkIndex,
-    Opcode.DATA_END: DataEnd,
-    Opcode.FOOTER: Footer,
-    Opcode.HEADER: Header,
-    Opcode.METADATA: Metadata,
-    Opcode.METADATA_INDEX: MetadataIndex,
-    Opcode.SCHEMA: Schema,
-    Opcode.STATISTICS: Statistics,
+_PARSED: Mapping[int, type[McapRecord]] = {
+    kind.OPCODE: kind
+    for kind in (
+        Channel,
+        Chunk,
+        ChunkIndex,
+        DataEnd,
+        Footer,
+        Header,
+        Metadata,
+        MetadataIndex,
+        Schema,
+        Statistics,
+    )
 }
 IN_FILE = (
     *(Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA, Opcode.DATA_END),
@@ -84,15 +83,15 @@ def records(
         if allowance is not None:
             allowance.charge(records=1)
         stream.seek(at)
-        head = stream.read(RECORD_HEAD.size)
-        if len(head) < RECORD_HEAD.size:
+        head = stream.read(HEAD.size)
+        if len(head) < HEAD.size:
             raise Damaged(f"it ends in the middle of the record at byte {at:,}")
-        kind, length = RECORD_HEAD.unpack(head)
-        left = end - at - RECORD_HEAD.size
+        kind, length = HEAD.unpack(head)
+        left = end - at - HEAD.size
         check_length(at, length, left, is_skipped=kind not in wanted)
         if kind in wanted:
             yield at, _parsed(stream, kind, length, at)
-        at += RECORD_HEAD.size + length
+        at += HEAD.size + length
 
 
 def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
@@ -108,11 +107,10 @@ def _parsed(stream: IO[bytes], kind: int, length: int, at: int) -> McapRecord:
     try:
         if kind == Opcode.MESSAGE:
             channel, sequence, logged, published = MESSAGE.unpack(stream.read(min(length, MESSAGE.size)))
-            return Message(channel, logged, stream.read(length - MESSAGE.size), published, sequence)
-        found: McapRecord = _PARSED[kind].read(ReadDataStream(BytesIO(stream.read(length))))
-    except (McapError, StructError, ValueError, OverflowError) as error:
+            return Message(channel, sequence, logged, published, stream.read(length - MESSAGE.size))
+        return _PARSED[kind].read(stream.read(length))
+    except (StructError, ValueError, OverflowError) as error:
         raise Damaged(f"the record at byte {at:,} is damaged: {error}") from None
-    return found
 
 
 def chunk_records(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecord]:
@@ -134,10 +132,21 @@ def chunk_records(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecor
     return [record for _, record in records(BytesIO(data), 0, len(data), IN_CHUNK, allowance)]
 
 
+@dataclass
+class Summary:
+    """The records of the summary section."""
+
+    statistics: Statistics | None = None
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    chunk_indexes: list[ChunkIndex] = field(default_factory=list)
+    metadata_indexes: list[MetadataIndex] = field(default_factory=list)
+
+
 def read_summary(stream: IO[bytes]) -> Summary | None:
     """Read the summary section. None if the file has none. Raises Damaged, OSError."""
     end = stream.seek(0, SEEK_END)
-    footer_at = end - len(MAGIC) - RECORD_HEAD.size - 20
+    footer_at = end - len(MAGIC) - HEAD.size - 20
     if footer_at < len(MAGIC):
         raise Damaged("it ends before its footer")
     footer = record_at(stream, footer_at, Opcode.FOOTER)

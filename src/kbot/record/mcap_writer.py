@@ -8,11 +8,12 @@ from collections import Counter, defaultdict
 from collections.abc import Callable
 from importlib.metadata import version
 from tempfile import SpooledTemporaryFile
-from typing import Any
 
-from mcap.data_stream import RecordBuilder
-from mcap.opcode import Opcode
-from mcap.records import (
+from kbot.record.formats import INDEX_BYTES, Recordable
+from kbot.record.mcap_records import (
+    HEAD,
+    MAGIC,
+    MESSAGE,
     Channel,
     Chunk,
     ChunkIndex,
@@ -23,13 +24,11 @@ from mcap.records import (
     MessageIndex,
     Metadata,
     MetadataIndex,
+    Opcode,
     Schema,
     Statistics,
     SummaryOffset,
 )
-
-from kbot.record.formats import INDEX_BYTES, Recordable
-from kbot.record.mcap_file import MAGIC, MESSAGE, RECORD_HEAD
 
 CHUNK_BYTES = 256 * 1024
 """Uncompressed bytes after which a chunk ends."""
@@ -80,10 +79,10 @@ class McapWriter:
         self._compression = ""
         self._compress: Callable[[bytearray], bytes] = bytes
         if compress:
-            import zstandard  # imported lazily: not every recording is compressed
+            from kbot.record import zstd  # imported lazily: not every recording is compressed
 
             self._compression = "zstd"
-            self._compress = zstandard.ZstdCompressor().compress
+            self._compress = zstd.compress
         self._channels: dict[tuple[str, str], Channel] = {}
         self._schemas: dict[str, Schema] = {}
         self._count = 0
@@ -107,7 +106,7 @@ class McapWriter:
         self._count += 1
         self._counts[number] += 1
         self._messages[number].append((time, len(self._chunk)))
-        self._chunk += RECORD_HEAD.pack(Opcode.MESSAGE, MESSAGE.size + len(data))
+        self._chunk += HEAD.pack(Opcode.MESSAGE, MESSAGE.size + len(data))
         self._chunk += MESSAGE.pack(number, self._count % _SEQUENCE_NUMBERS, time, time)
         self._chunk += data
         if len(self._chunk) > CHUNK_BYTES:
@@ -124,7 +123,7 @@ class McapWriter:
             return
         times = [time for entries in self._messages.values() for time, _ in entries]
         packed, start, end = self._compress(self._chunk), min(times), max(times)
-        chunk = Chunk(self._compression, packed, end, start, zlib.crc32(self._chunk), len(self._chunk))
+        chunk = Chunk(start, end, len(self._chunk), zlib.crc32(self._chunk), self._compression, packed)
         at, record = self._file.tell(), _encoded(chunk)
         parts, offsets, next_at = [record], {}, at + len(record)
         for channel, entries in self._messages.items():
@@ -178,11 +177,11 @@ class McapWriter:
         schema = self._schemas.get(type_name)
         if schema is None:
             text = packet.ros2_definition[0].encode()
-            schema = Schema(len(self._schemas) + 1, text, "ros2msg", type_name)
+            schema = Schema(len(self._schemas) + 1, type_name, "ros2msg", text)
             self._schemas[type_name] = schema
             self._chunk += _encoded(schema)
         qos = {"offered_qos_profiles": packet.offered_qos}
-        channel = Channel(len(self._channels) + 1, topic, "cdr", qos, schema.id)
+        channel = Channel(len(self._channels) + 1, schema.id, topic, "cdr", qos)
         self._channels[topic, type_name] = channel
         self._chunk += _encoded(channel)
         return channel
@@ -202,8 +201,4 @@ class McapWriter:
 
 
 def _encoded(*records: McapRecord) -> bytes:
-    builder: Any = RecordBuilder()  # Any: the library's methods have no return types
-    for record in records:
-        record.write(builder)
-    data: bytes = builder.end()
-    return data
+    return b"".join(record.encoded() for record in records)

@@ -12,11 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.text import KbotError
-
-MISSING = (
-    "cameras need off-screen OpenGL, which is not available ({why}): pip install 'kbot[camera]' (in a clone:"
-    " .venv/bin/pip install -e '.[camera]') and, on Linux, apt install libegl1 libgl1-mesa-dri"
-)
+from kbot.text.extras import install_command
 
 
 class Canvas:
@@ -158,4 +154,7 @@ def _context(width: int, height: int) -> Any:  # noqa: ANN401 - each platform ha
         return GLContext(width, height)
     except (ImportError, RuntimeError, AttributeError, OSError) as error:
         why = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise KbotError(MISSING.format(why=why)) from None
+        raise KbotError(
+            f"cameras need off-screen OpenGL, which is not available ({why}). Install the extra 'camera' "
+            f"with: {install_command('camera')}. On Linux, also: apt install libegl1 libgl1-mesa-dri"
+        ) from None

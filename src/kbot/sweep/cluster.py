@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 from kbot.sweep.executor import Finished
 from kbot.sweep.processes import AHEAD
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 from kbot.text.notes import note
 from kbot.text.temporary import TemporaryFolder
 from kbot.trials.pool import ATTEMPTS, LimitedTask, Outcome, Pool, Task, result_of, run_task, seconds_of
@@ -39,7 +40,6 @@ T = TypeVar("T")
 
 LOCAL = "local"
 """The address of a cluster that this process starts on this machine, and ends."""
-MISSING_EXTRA = "--on ray needs Ray. Install it with: pip install 'kbot[ray]'"
 WAIT_SECONDS = 1.0
 """Time after which Ctrl-C and a lost cluster are noticed."""
 PATIENCE_SECONDS = 30.0
@@ -341,7 +341,7 @@ def _imported() -> ModuleType:
     try:
         import ray  # an extra, and slow to import
     except ModuleNotFoundError:
-        raise KbotError(MISSING_EXTRA) from None
+        raise KbotError(needs_extra("--on ray", "ray")) from None
     # Ray has no option for this: it prints the log of each lost machine, although its runs are repeated
     ray._private.worker.print_to_stdstream = lambda *data, **options: None
     return ray

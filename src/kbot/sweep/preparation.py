@@ -16,6 +16,7 @@ from kbot.sweep.objectives import parse_objectives
 from kbot.sweep.plan import Plan, world_with_parameter
 from kbot.sweep.space import Dimension, Space, Target, parse_space
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 from kbot.text.notes import note
 from kbot.trials.actions import TO_GOALS
 from kbot.trials.batteries import BATTERIES
@@ -37,7 +38,6 @@ T = TypeVar("T")
 
 _GOAL_MEASURES = frozenset({"goal_time", "goals_reached"})
 """Measures that only a scenario with a goal has."""
-_MISSING = "{} is not installed: pip install 'kbot[sweep]'"
 _LIBRARIES = {Method.LHS: "SciPy", Method.OPTIMIZE: "Optuna"}
 """The library that chooses the designs of these methods. NumPy draws its random numbers."""
 RUN_PROGRAMS = ("kbot", "mujoco-core")
@@ -168,7 +168,7 @@ def _versions(method: Method) -> dict[str, str]:
     try:
         import pyarrow.parquet  # noqa: F401 - for the table; an extra, and slow to import
     except ModuleNotFoundError:
-        raise KbotError(_MISSING.format("PyArrow")) from None
+        raise KbotError(needs_extra("a sweep", "sweep")) from None
     found = {}
     library = _LIBRARIES.get(method, "")
     chooses = () if method is Method.GRID else ("numpy", *filter(None, [library.lower()]))
@@ -177,7 +177,7 @@ def _versions(method: Method) -> dict[str, str]:
             found[name] = version(name)
         except PackageNotFoundError:
             if name == library.lower():
-                raise KbotError(_MISSING.format(library)) from None
+                raise KbotError(needs_extra(f"--method {method.value}", "sweep")) from None
     return found
 
 

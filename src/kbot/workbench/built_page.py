@@ -12,6 +12,8 @@ from pathlib import Path
 from kbot.text import KbotError
 
 FOLDER = Path(__file__).parent / "page"
+LICENCES = "third-party-licences.txt"
+"""The licences of the npm packages and fonts in the page. `hatch_build.py` writes it."""
 
 _TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -19,6 +21,7 @@ _TYPES = {
     ".css": "text/css; charset=utf-8",
     ".woff2": "font/woff2",
     ".svg": "image/svg+xml",
+    ".txt": "text/plain; charset=utf-8",
 }
 
 _SCRIPT = re.compile(rb"<script>(.*?)(?:</script>|\Z)", re.DOTALL)

@@ -13,7 +13,7 @@ from kbot.kinematics.transform import Transform
 from kbot.model import Joint, JointType, RobotModel
 from kbot.text import KbotError
 from kbot.text.xml_text import escaped
-from kbot.workbench.built_page import FOLDER
+from kbot.workbench.built_page import FOLDER, LICENCES
 from kbot.workbench.protocol import Findings, Scene, State
 from kbot.workbench.protocol.codec import encode
 from kbot.workbench.scene.scene import position_quaternion
@@ -38,6 +38,7 @@ def saved_page(
     try:
         script = (folder / "offline" / "page.js").read_text("utf-8").replace("</script", "<\\/script")
         style = (folder / "offline" / "page.css").read_text("utf-8")
+        licences = (folder / LICENCES).read_text("utf-8")
     except OSError:
         raise KbotError("the page is not built: run `python hatch_build.py` in the checkout") from None
     is_checked = session.shown.is_written
@@ -52,6 +53,7 @@ def saved_page(
         "sources": list(_sources(session)),
         "meshes": dict(_meshes(session)),
         "kinematics": kinematics(robot, session.scene),
+        "licences": licences,
         "states": [json.loads(encode(state)) for state in states],
     }
     title = escaped(f"{session.scene.robot} · KBot")

@@ -5,6 +5,7 @@ import { baseName, h } from "../dom";
 import { handle } from "../handle";
 import { icon } from "../icons";
 import { chooseTheme } from "../options";
+import { aboutDialog } from "../panels/about";
 import { findings } from "../panels/findings";
 import { hover } from "../panels/hover";
 import { joints } from "../panels/joints";
@@ -35,6 +36,7 @@ const theme = h(
   },
   icon("sun"),
 );
+const aboutKbot = aboutDialog(saved.licences);
 const file = h("span", { class: "file" });
 app.about.watch((about) => {
   if (about === null) return;
@@ -60,12 +62,24 @@ document.body.append(
     h("span", { class: "crumbs" }, file),
     h("span", { class: "spacer" }),
     theme,
+    h(
+      "button",
+      {
+        class: "icon-button",
+        type: "button",
+        title: "About",
+        "aria-label": "About",
+        onclick: () => aboutKbot.showModal(),
+      },
+      icon("info"),
+    ),
   ),
   left,
   centre,
   right,
   h("div", { class: "bottom" }, source(app)),
   sheets(app, left, right),
+  aboutKbot,
 );
 const view = new View(app, picture);
 app.focused.watch((request) => request && view.viewpoint.focus(request.link));

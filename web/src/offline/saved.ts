@@ -9,6 +9,8 @@ export interface Saved {
   /** Packed meshes by id, in base64. */
   meshes: Readonly<Record<string, string>>;
   kinematics: Kinematics;
+  /** The licences of the packages in the page. */
+  licences: string;
   /** Recorded states in order of time. Empty if the user sets the joints. */
   states: readonly State[];
 }

@@ -1,5 +1,6 @@
 import type { App } from "../app";
 import { h } from "../dom";
+import { about } from "./about";
 
 /** Keys, their actions, and the mode they need: a simulation, a recording, or either (`time`). */
 const KEYS: readonly [string, string, ("sim" | "play" | "time")?][] = [
@@ -59,6 +60,7 @@ export function help(app: App): HTMLDialogElement {
       {},
       "Click a link in the view or in the list to show its line in the source. Double-click it to zoom to it. Click a finding to show its line and its link. In the source, drag or double-click a number to edit the file.",
     ),
+    about(),
     h("form", { method: "dialog" }, h("button", { class: "primary" }, "Close")),
   );
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());

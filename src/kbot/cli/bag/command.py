@@ -336,7 +336,7 @@ def _copy(
     "kind",
     type=click.Choice(["csv", "parquet", "svg"]),
     show_default="by the suffix of OUT, else csv",
-    help="Output format. parquet needs pip install 'kbot[parquet]'.",
+    help="Output format. parquet needs the extra parquet.",
 )
 @click.option(
     "--field",

@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 from kbot.worker.worker import LimitExceeded, Worker, WorkerLimits
 
 if TYPE_CHECKING:
     from google.protobuf.message import Message
     from onnx import GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto
 
-MISSING = "policies need ONNX, which is not installed: pip install 'kbot[policy]'"
 MOST_BYTES = 32 * 1024 * 1024
 """Size of the largest file. A network with two layers of 256 neurons has 0.4 MB."""
 MOST_METADATA = 64 * 1024
@@ -183,7 +183,7 @@ def _library(name: str) -> Any:  # noqa: ANN401 - a module
     try:
         return import_module(name)  # an extra
     except ModuleNotFoundError:
-        raise KbotError(MISSING) from None
+        raise KbotError(needs_extra("a policy", "policy")) from None
 
 
 def _parsed(data: bytes) -> ModelProto:

@@ -96,16 +96,12 @@ def _metadata(file: Path) -> dict[str, object]:
 
 def _decompress(file: Path, target: Path, allowance: Allowance) -> None:
     """Decompress a file. Raises ValueError: it is damaged; RecordingTooLarge: the allowance is used up."""
-    import zstandard  # imported lazily: few recordings are compressed
+    from kbot.record.zstd import ZstdError, ZstdFile  # imported lazily: few recordings are compressed
 
     try:
-        with (
-            file.open("rb") as packed,
-            zstandard.ZstdDecompressor().stream_reader(packed, read_across_frames=True) as reader,
-            target.open("wb") as out,
-        ):
+        with ZstdFile(file) as reader, target.open("wb") as out:
             while data := reader.read(_COPY_BYTES):
                 allowance.charge(2 * len(data))  # each byte is written to the disk and read again
                 out.write(data)
-    except zstandard.ZstdError as error:
+    except (ZstdError, EOFError) as error:
         raise ValueError(f"{file}: {error}") from None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from kbot.ros.bridges.kind import BridgeKind
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 
 if TYPE_CHECKING:
     from kbot.ros.bridges.link import PeerLink
@@ -33,13 +34,13 @@ def open_bridge(
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "cyclonedds":
             raise
-        raise KbotError("ROS 2 needs an extra: pip install 'kbot[ros2]'") from None
+        raise KbotError(needs_extra("ROS 2", "ros2")) from None
     return Ros2Bridge(link, host, node, domain=domain, lossless=lossless)
 
 
 def _why_no_peer() -> str:
     if find_spec("cyclonedds") is None:
-        return "an extra is missing: pip install 'kbot[ros2]'"
+        return needs_extra("it", "ros2")
     if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp":
         return "RMW_IMPLEMENTATION selects Zenoh"
     if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "OFF":
@@ -52,7 +53,7 @@ def _why_no_peer() -> str:
 KIND = BridgeKind(
     "ros2",
     "ROS 2",
-    "Connect as a ROS 2 node over DDS. Needs pip install 'kbot[ros2]'.",
+    "Connect as a ROS 2 node over DDS. Needs the extra ros2.",
     open_bridge,
     _why_no_peer,
 )

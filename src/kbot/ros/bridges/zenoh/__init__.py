@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from kbot.ros.bridges.kind import BridgeKind
 from kbot.text import KbotError
+from kbot.text.extras import needs_extra
 
 if TYPE_CHECKING:
     from kbot.ros.bridges.link import PeerLink
@@ -25,13 +26,13 @@ def _open(link: PeerLink, host: str | None) -> ZenohBridge:
     except ModuleNotFoundError as error:
         if error.name != "zenoh":
             raise
-        raise KbotError("Zenoh needs an extra: pip install 'kbot[zenoh]'") from None
+        raise KbotError(needs_extra("Zenoh", "zenoh")) from None
     return ZenohBridge(link, host)
 
 
 def _why_no_peer() -> str:
     if find_spec("zenoh") is None:
-        return "an extra is missing: pip install 'kbot[zenoh]'"
+        return needs_extra("it", "zenoh")
     if os.environ.get("ZENOH_CONNECT"):
         return ""
     try:
@@ -44,7 +45,7 @@ def _why_no_peer() -> str:
 KIND = BridgeKind(
     "zenoh",
     "Zenoh",
-    "Connect as a ROS 2 node over Zenoh. Needs pip install 'kbot[zenoh]'.",
+    "Connect as a ROS 2 node over Zenoh. Needs the extra zenoh.",
     _open,
     _why_no_peer,
 )
