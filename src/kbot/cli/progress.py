@@ -114,8 +114,8 @@ def busy(what: str) -> Iterator[Callable[[str], None]]:
     the progress. Without a terminal, lines on stderr show the text.
     """
     if not _is_terminal():
-        with _printed_if_slow(what) as replace:
-            yield replace
+        with _printed_if_slow(what) as print_instead:
+            yield print_instead
         return
 
     def replace(text: str) -> None:
