@@ -37,10 +37,10 @@ CHROMIUMS = (
 
 
 def pytest_configure() -> None:
-    """Let Ctrl-C reach the programs that tests start, show their tracebacks, and compile modules once.
+    """Let signals reach the programs that tests start, show their tracebacks, and compile modules once.
 
-    A shell starts background jobs with SIGINT ignored. Child processes inherit this, including the programs
-    whose Ctrl-C is tested.
+    A shell starts background jobs with SIGINT ignored, and nohup ignores SIGHUP. Child processes inherit
+    this, including the programs whose end by these signals is tested.
     """
     os.environ["KBOT_DEBUG"] = "1"  # programs that tests start print the traceback of an internal error
     # Tests start hundreds of programs. Each would compile all modules again without their bytecode.
@@ -48,6 +48,8 @@ def pytest_configure() -> None:
     sys.dont_write_bytecode = False
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.hookimpl(tryfirst=True)  # before -m selects by the marks
