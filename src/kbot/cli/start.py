@@ -61,7 +61,7 @@ def _end_threads(status: int) -> None:
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError):  # a closed pipe
                 stream.flush()
-        remove_all()  # os._exit does not call it
+        remove_all()  # os._exit does not run it, unlike the end of Python
         os._exit(status)
 
 
