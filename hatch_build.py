@@ -136,12 +136,16 @@ def licences(lists: Iterable[Path]) -> str:
     packages: dict[str, list[str]] = {}
     for folder in sorted(folders):
         about = json.loads((folder / "package.json").read_text(encoding="utf-8"))
-        file = next((file for file in sorted(folder.iterdir()) if LICENCE_FILE.match(file.name)), None)
-        if file is None:
+        files = [
+            file for file in sorted(folder.iterdir()) if file.is_file() and LICENCE_FILE.match(file.name)
+        ]
+        if not files:
             raise SystemExit(
                 f"cannot build the page: the package {about['name']} has no file with its licence"
             )
-        text = "\n".join(map(str.rstrip, file.read_text(encoding="utf-8").strip().splitlines()))
+        # of several, such as LICENSE-MIT and LICENSE-APACHE, each may apply
+        text = "\n\n".join(file.read_text(encoding="utf-8").strip() for file in files)
+        text = "\n".join(map(str.rstrip, text.splitlines()))
         packages.setdefault(text, []).append(f"{about['name']} {about['version']} ({about['license']})")
     rule = "\n\n" + "-" * 80 + "\n\n"
     parts = ("\n".join((*names, "", text)) for text, names in packages.items())

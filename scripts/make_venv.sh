@@ -2,7 +2,8 @@
 # Create the virtual environment .venv. It gets the first Python >= 3.11 that has wheels for the tests, or else the
 # first that has wheels for KBot alone. $PYTHON has precedence.
 set -eu
-# Of the interpreters after $1, sets `found` to the first that has wheels for $1, or `refused` to what the last lacks.
+# Set `found` to the first interpreter after $1 that has wheels for the extra $1. If there is none, set `refused` to the
+# message about the last one.
 find_python() {
     extra=$1
     shift
@@ -25,7 +26,7 @@ if [ -z "$found" ]; then
     for_tests=$refused
     find_python base "$@"
     if [ -z "$found" ]; then
-        echo "${refused:-KBot needs Python 3.11 or later, but none was found.} To name one: PYTHON=/path/to/python make …" >&2
+        echo "${refused:-KBot needs Python 3.11 or later, but none was found.} To choose an interpreter: PYTHON=/path/to/python make …" >&2
         exit 1
     fi
     echo "$for_tests KBot runs without this extra, but make test needs it."

@@ -1,6 +1,9 @@
 """Lidar readings against the geometry of the world."""
 
+import ast
+import inspect
 import math
+from dataclasses import fields
 
 import mujoco
 import numpy as np
@@ -40,6 +43,14 @@ def test_distances_in_a_room_are_exact_to_a_nanometre(robot):
     distances = lidar.distances()
     angles = np.linspace(-math.pi, math.pi, 720)
     assert distances == pytest.approx([_room(a) for a in angles], abs=1e-9)
+
+
+def test_type_checkers_know_all_arguments_of_a_lidar():
+    code = ast.parse(inspect.getsource(inspect.getmodule(Lidar)))
+    (values,) = (n for n in ast.walk(code) if isinstance(n, ast.ClassDef) and n.name == "LidarValues")
+    known = {n.target.id: ast.unparse(n.annotation) for n in values.body if isinstance(n, ast.AnnAssign)}
+    of_overloads = {"link": "str", "rows": "int"}
+    assert known | of_overloads == {field.name: field.type for field in fields(Lidar)}
 
 
 def test_lidar_sees_a_mesh_of_the_world(robot):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from kbot.cli.main import run
 from kbot.text import temporary
 from kbot.text.temporary import TemporaryFolder, private_folder, remove_left, user_folder
 
@@ -57,6 +58,24 @@ def test_a_folder_that_is_kept_is_never_removed(place: Path) -> None:
     assert names(place) == [folder.path.name]
 
 
+@ON_POSIX
+def test_a_folder_is_kept_although_another_kbot_starts_then(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other one starts as soon as the lock is released."""
+    folder, close = TemporaryFolder("logs"), os.close
+    with monkeypatch.context() as context:
+
+        def released(descriptor: int) -> None:
+            context.undo()
+            close(descriptor)
+            remove_left()
+
+        context.setattr(os, "close", released)
+        folder.keep()
+    assert names(place) == [folder.path.name]
+
+
 MAKE = "import os, sys, time\nfrom kbot.text.temporary import TemporaryFolder\nTemporaryFolder('a')\n"
 
 
@@ -80,6 +99,24 @@ def test_a_folder_of_a_worker_that_crashed_is_removed_at_the_end(place: Path) ->
         assert len(names(place)) == 4
         temporary.remove_all()
         assert names(place) == []
+
+
+def test_a_verb_does_not_remove_what_its_process_still_uses(place: Path) -> None:
+    with TemporaryFolder("recording") as folder:
+        assert run(["rule", "X101"]) == 0
+        assert folder.exists()
+    assert names(place) == []
+
+
+def test_a_folder_is_removed_although_a_thread_goes_on(place: Path) -> None:
+    code = (
+        f"{MAKE}import threading\n"
+        "from kbot.cli.start import main\n"
+        "threading.Thread(target=time.sleep, args=[3600]).start()\n"
+        "main()\n"
+    )
+    subprocess.run([sys.executable, "-c", code, "--version"], stdout=subprocess.DEVNULL, check=True)
+    assert names(place) == []
 
 
 @ON_POSIX

@@ -93,6 +93,19 @@ def build() -> ModuleType:
     return module
 
 
+def test_all_licence_files_of_a_package_are_built_in(
+    build: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "WEB", tmp_path)
+    (tmp_path / "a" / "LICENSE").mkdir(parents=True)  # sorts before the files
+    (tmp_path / "a" / "package.json").write_text('{"name": "a", "version": "1.0", "license": "MIT OR BSD"}')
+    for name in ("MIT", "BSD"):
+        (tmp_path / "a" / f"LICENSE-{name}").write_text(f"{name} licence\n")
+    found = tmp_path / "packages.json"
+    found.write_text('["a"]')
+    assert build.licences([found]).endswith("\n\na 1.0 (MIT OR BSD)\n\nBSD licence\n\nMIT licence\n")
+
+
 def test_a_package_without_a_licence_is_not_built_in(
     build: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -73,7 +73,7 @@ def test_a_file_is_written_and_read_again(write: Callable[[Path], None], folder:
 
 def test_a_map_cannot_name_an_image_that_is_not_utf_8(folder: Path) -> None:
     with pytest.raises(
-        KbotError, match=r"names its image, and YAML has only UTF-8\. Choose another file name"
+        KbotError, match=r"is not UTF-8, so the map cannot name its image\. Choose another file name"
     ):
         write_map(GRID, folder / f"{NAME}.yaml")
     assert not list(folder.iterdir())

@@ -82,6 +82,41 @@ def test_a_child_that_starts_after_its_parent_has_ended_does_not_run() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
 
 
+INTERRUPTED = """
+import os, signal, threading
+import psutil
+from kbot.worker import children
+{how}
+try:
+    children.start(["sleep", "3600"])
+except KeyboardInterrupt:
+    is_interrupted.set()
+    children._starter.call(lambda: children.Child(["true"])).wait()  # the thread has done what was before
+    print([child.pid for child in psutil.Process().children()] == [children._guard._process.pid])
+"""
+BEFORE_IT_RUNS = """
+is_interrupted, make = threading.Event(), children._guarded
+def slow(start):
+    children._guarded = make
+    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+    is_interrupted.wait()
+    return make(start)
+children._guarded = slow
+"""
+BEFORE_IT_REPORTS = """
+is_interrupted = threading.Event()
+children._BECOME = "import os, signal, time; os.kill(os.getppid(), signal.SIGINT); time.sleep(3600)"
+"""
+
+
+@ON_LINUX
+@pytest.mark.parametrize("how", [BEFORE_IT_RUNS, BEFORE_IT_REPORTS])
+def test_ctrl_c_while_a_child_starts_ends_the_child(how: str) -> None:
+    command = [sys.executable, "-c", INTERRUPTED.format(how=how)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=SOON)
+    assert (done.stdout, done.stderr) == ("True\n", "")
+
+
 @ON_LINUX
 def test_a_child_outlives_the_thread_that_started_it() -> None:
     """The kernel sends the signal when the thread ends that called fork."""

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 from kbot.checks.former_codes import former_codes
 from kbot.checks.registry import all_rules
 from kbot.text import Diagnostic, Origin, Severity, Span
+from kbot.text.escapes import with_escapes
 from kbot.text.render import encodable
 from kbot.text.xml_text import xml_document
 
@@ -148,8 +149,7 @@ def github(found: Sequence[Diagnostic]) -> str:
 def _data(text: str) -> str:
     """A text of one line. A line end would begin another command, so it is escaped, as GitHub defines, and
     so are all other characters that a terminal does not print."""
-    text = "".join(c if c.isprintable() or c in "\r\n" else ascii(c)[1:-1] for c in text)
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+    return with_escapes(text, "\r\n").replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 
 def _property(text: str) -> str:

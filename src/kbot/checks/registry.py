@@ -180,7 +180,9 @@ def near_rules(word: str, others: Iterable[str] = ()) -> str:
 
 
 def find_rules(word: str) -> tuple[Rule, ...]:
-    """Find a rule by its code or its name. A former code or name finds, with a note, what replaced it.
+    """Find a rule by its code or name.
+
+    For a former code or name, return the rules that replaced it, and send a note.
 
     Raises:
         KbotError: no rule has this code or name, and the message suggests the nearest; or the rule was
@@ -202,5 +204,5 @@ def find_rules(word: str) -> tuple[Rule, ...]:
 
 
 def find_rule(word: str) -> Rule:
-    """Like `find_rules`, for the first of several rules."""
+    """Find a rule as `find_rules` does. If several rules replaced a former code, return the first."""
     return find_rules(word)[0]

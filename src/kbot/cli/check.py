@@ -244,11 +244,11 @@ def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_
     resolved = dict[int, Assignments]()
     known = defaultdict[str, set[str]](set)
     """The names that a file has with any set of arguments, by the file's path."""
-    takes_others = False
+    has_launch_file = False
     """Whether a file is a launch file, which has arguments of its own."""
     for index, job in enumerate(jobs):
         kind = kind_of(job.path)
-        takes_others |= kind is not None and kind.has_arguments
+        has_launch_file |= kind is not None and kind.has_arguments
         if kind is None:
             names = resolve_names(job.path, values, job.packages, arguments=job.arguments)
             for text in names.notes:
@@ -256,7 +256,7 @@ def _with_typed_names(jobs: Sequence[_Job], values: Mapping[str, str]) -> list[_
             resolved[index] = names
             known[job.path] |= values.keys() - names.unknown.keys()
     unknown = [names.unknown for names in resolved.values()]
-    if unknown and not takes_others:
+    if unknown and not has_launch_file:
         errors = [unknown[0][name] for name in values if all(name in of_file for of_file in unknown)]
         if errors:
             raise DescriptionError(errors)

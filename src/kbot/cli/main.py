@@ -26,7 +26,7 @@ from kbot.text.errors import KbotError
 from kbot.text.notes import notes_sent_to
 from kbot.text.signals import INTERRUPTED, interrupted_by_all
 from kbot.text.suggest import did_you_mean
-from kbot.text.temporary import remove_all, remove_left
+from kbot.text.temporary import remove_left
 
 if TYPE_CHECKING:
     from kbot.xacro.result import Expansion
@@ -129,7 +129,7 @@ def group() -> None:
     Run `kbot VERB --help` for the options of a verb and examples.
     """
     remove_left()
-    click.get_current_context().call_on_close(remove_all)  # os._exit may end KBot
+    click.get_current_context().call_on_close(remove_left)  # those of its workers that were killed
 
 
 def main(words: Sequence[str] | None = None, expanded: tuple[Expansion, Sequence[str]] | None = None) -> None:

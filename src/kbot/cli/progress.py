@@ -154,7 +154,8 @@ def _printed_if_slow(what: str) -> Iterator[Callable[[str], None]]:
 class _TimeLeft:
     """The time left for parts of a whole, if each takes as long as the mean of those that are done.
 
-    The last seconds alone say little: a long part shows nothing in them, or several end at once.
+    An estimate from the last seconds alone is unreliable: a long part makes no progress in them, or several
+    parts end at once.
     """
 
     def __init__(self, total: int, now: float) -> None:

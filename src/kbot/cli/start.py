@@ -56,9 +56,12 @@ def _end_threads(status: int) -> None:
     from contextlib import suppress
 
     if any(not (each.daemon or each is threading.main_thread()) for each in threading.enumerate()):
+        from kbot.text.temporary import remove_all
+
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError):  # a closed pipe
                 stream.flush()
+        remove_all()  # os._exit does not run it, unlike the end of Python
         os._exit(status)
 
 

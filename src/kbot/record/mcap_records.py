@@ -209,6 +209,8 @@ class Channel(McapRecord):
 
 @dataclass(slots=True)
 class Message(McapRecord):
+    """KBot reads and writes it by `MESSAGE`. Only the tests use `KINDS`, to compare it with `mcap`."""
+
     OPCODE = Opcode.MESSAGE
     KINDS = (U16, U32, U64, U64, _Rest())
     channel_id: int

@@ -94,7 +94,7 @@ def _write(error: BaseException, head: str) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     # names sort by time, so that finding the oldest files needs no stat of each
     prefix = f"{time.strftime('%Y%m%d-%H%M%S', now)}-"
-    descriptor, path = tempfile.mkstemp(prefix=prefix, suffix=".txt", dir=folder)
+    descriptor, path = tempfile.mkstemp(prefix=prefix, suffix=".txt", dir=folder)  # noqa: TID251 - it stays
     with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as stream:
         stream.write(head + facts + text)
     for old in sorted(folder.glob("*.txt"))[:-KEPT]:

@@ -66,8 +66,8 @@ class Diagnostic(Brief):
     """One finding: what is wrong, where it is, and what to do.
 
     `code` is stable and never reused for something else. `origin` is None only if no text is involved. `hint`
-    is one sentence about what to do. `cause` is the same in all diagnostics of a code that `one_per_cause`
-    merges, and empty in those that it does not.
+    is one sentence about what to do. `one_per_cause` merges the diagnostics of a code that have the same
+    `cause`. It never merges those with an empty one.
     """
 
     code: str

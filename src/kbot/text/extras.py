@@ -90,7 +90,7 @@ def _shown(path: Path) -> str:
 
 
 def _quoted(word: str) -> str:
-    """The word, as sh, or cmd and PowerShell, take it."""
+    """The word, quoted for sh, or for cmd. In PowerShell, a quoted program needs `&` before it."""
     if os.name != "nt":
         return shlex.quote(word)
     return f'"{word}"' if re.search(r"[^\w.\-\\/:]", word) else word

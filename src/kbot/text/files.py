@@ -327,7 +327,7 @@ def _missing(name: str, search: bool) -> tuple[str, str]:
     with suppress(OSError):  # files in /proc may disappear, and some of its links have no target
         if os.path.islink(name):
             return f"{name} is a symbolic link to {os.readlink(name)}, which does not exist", ""
-    from kbot.text.folders import names_in  # cycle: rarely needed, and slower to import than this module
+    from kbot.text.folders import names_in  # rarely needed: start-up time
 
     hint = str(did_you_mean(last, names_in(folder)))
     if search and last and not folder and not hint:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 from kbot.text.diagnostic import Diagnostic, Severity
+from kbot.text.escapes import with_escapes
 from kbot.text.span import Call, Origin, Span
 
 _COLORS = {Severity.ERROR: "1;31", Severity.WARNING: "1;33", Severity.INFO: "1;36"}
@@ -18,6 +19,7 @@ _STACK_SHOWN = 8
 """Macro calls and includes that are listed: the innermost ones, and the outermost."""
 _PLACES_SHOWN = 2
 """Related places that are printed with their lines: an example of the uses, or both ends of a conflict."""
+_SPACES = str.maketrans("\n\r\t", "   ")
 _TAB = 4
 """Columns between tab stops in an excerpt."""
 
@@ -177,9 +179,7 @@ def _at(what: Origin | Call) -> str:
 
 def printable(text: str) -> str:
     """Replace control characters by visible ones: a file must not be able to control the terminal."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else " " if c in "\n\r\t" else ascii(c)[1:-1] for c in text)
+    return text if text.isprintable() else with_escapes(text.translate(_SPACES))
 
 
 def encodable(text: str) -> str:

@@ -149,22 +149,29 @@ def _remove(folder: Path, lock: int) -> None:
 
 
 def _unlock(folder: Path, lock: int) -> None:
-    os.close(lock)  # Windows removes no open file
+    """Remove the lock, but not the folder."""
+    if sys.platform == "win32":  # which does not remove an open file
+        os.close(lock)
     with suppress(OSError):
         _lock_of(folder).unlink()
+    if sys.platform != "win32":  # last, so that no other KBot takes the folder for that of a dead process
+        os.close(lock)
 
 
 if sys.platform == "win32":
     import msvcrt
 
     def _lock(descriptor: int) -> None:
-        """Raises OSError: another process has the lock."""
-        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        """Raises BlockingIOError: another process has the lock."""
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except PermissionError as error:  # EACCES, where POSIX has EAGAIN
+            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN)) from error
 else:
     import fcntl
 
     def _lock(descriptor: int) -> None:
-        """Raises OSError: another process has the lock."""
+        """Raises BlockingIOError: another process has the lock."""
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 

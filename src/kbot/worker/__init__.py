@@ -1,4 +1,4 @@
-"""Starts processes, and lets some read files of strangers for a server, with limits on time and memory."""
+"""Starts processes. Some of them read untrusted files for a server, with limits on time and memory."""
 
 from kbot.worker.worker import PEER_READING, READING, LimitExceeded, ProcessEnded, Worker, WorkerLimits
 

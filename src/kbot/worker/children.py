@@ -123,9 +123,9 @@ def start(
     stdout: _Stream = DEVNULL,
     stderr: _Stream = None,
 ) -> Child:
-    """Start a program. By default in the environment and the working directory of this process.
+    """Start a program. The default environment and working directory are those of this process.
 
-    Ctrl-C in the terminal does not reach it: it is for this process, which decides what ends.
+    Ctrl-C in the terminal does not reach the program: this process decides what ends.
 
     Raises:
         OSError: the program cannot be started.
@@ -149,9 +149,12 @@ def start(
             )
         finally:
             os.close(writer)
-        if code := report.read():  # nothing, as soon as the program runs
+        try:
+            if code := report.read():  # nothing, as soon as the program runs
+                raise OSError(int(code), os.strerror(int(code)), command[0])
+        except BaseException:  # also Ctrl-C, after which nobody would end it
             child.end()
-            raise OSError(int(code), os.strerror(int(code)), command[0])
+            raise
     return child
 
 
@@ -249,7 +252,40 @@ class _Guard:
             self._process.returncode = 0  # this process cannot wait for it
 
 
-_Answer = queue.SimpleQueue[Child | BaseException]
+class _Order:
+    """A child that the thread of `_Starter` starts for another thread."""
+
+    def __init__(self, make: Callable[[], Child]) -> None:
+        self._make = make
+        self._made: Child | BaseException | None = None
+        self._is_done = threading.Event()
+        self._is_wanted = True
+
+    def start(self) -> None:
+        try:
+            self._made = self._make()
+        except BaseException as error:  # noqa: BLE001 - raised in the thread that asked
+            self._made = error
+        self._is_done.set()
+        if not self._is_wanted:
+            self._end()
+
+    def result(self) -> Child:
+        """The child, as soon as it is started. After Ctrl-C nobody would end it, so this does."""
+        try:
+            self._is_done.wait()
+            if isinstance(self._made, BaseException):
+                raise self._made
+            assert self._made is not None
+            return self._made
+        except BaseException:
+            self._is_wanted = False
+            self._end()
+            raise
+
+    def _end(self) -> None:
+        if isinstance(self._made, Child):
+            self._made.end()
 
 
 class _Starter:
@@ -259,7 +295,7 @@ class _Starter:
     """
 
     def __init__(self) -> None:
-        self._orders: queue.SimpleQueue[tuple[Callable[[], Child], _Answer]] = queue.SimpleQueue()
+        self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
 
@@ -269,20 +305,13 @@ class _Starter:
                 thread = threading.Thread(target=self._work, daemon=True, name="kbot-children")
                 thread.start()
                 self._thread = thread
-        answer: _Answer = queue.SimpleQueue()
-        self._orders.put((make, answer))
-        made = answer.get()
-        if isinstance(made, Child):
-            return made
-        raise made
+        order = _Order(make)
+        self._orders.put(order)
+        return order.result()
 
     def _work(self) -> None:
         while True:
-            make, answer = self._orders.get()
-            try:
-                answer.put(make())
-            except BaseException as error:  # noqa: BLE001 - raised in the thread that asked
-                answer.put(error)
+            self._orders.get().start()
 
 
 _guard, _starter = _Guard(), _Starter()

@@ -1,4 +1,4 @@
-"""Ends the children of this process with it, on Windows, by a job object.
+"""Ends the children of this process when it ends. On Windows, a job object does this.
 
 The system terminates the processes of a job when its last handle is closed, as at the end of this process:
 JOB_OBJECT_LIMIT_KILL_ON_JOB_CLOSE in

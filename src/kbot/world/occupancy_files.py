@@ -50,7 +50,10 @@ def write_map(grid: OccupancyGrid, path: str | os.PathLike[str], picture: str = 
     if picture not in ("png", "pgm"):
         raise KbotError(f"the image of a map must be png or pgm, not '{picture}'")
     if encodable(target.name) != target.name:
-        raise KbotError(f"{target} names its image, and YAML has only UTF-8. Choose another file name")
+        raise KbotError(
+            f"the file name of {target} is not UTF-8, so the map cannot name its image."
+            " Choose another file name"
+        )
     probability = grid.cells.astype(np.int16) / 100.0
     grey = np.full(grid.cells.shape, _GREY, dtype=np.uint8)
     grey[(grid.cells >= 0) & (probability <= FREE_THRESHOLD)] = _WHITE

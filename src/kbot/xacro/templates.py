@@ -49,7 +49,7 @@ _SHORT = 64
 """Characters of a text that is evaluated for free, for speed. The number of nodes and the total length of
 evaluated texts are limited too."""
 _SURROGATE = re.compile(r"[\ud800-\udfff]")
-_RENAME = "XML cannot have such a name: rename the file or folder"
+_RENAME = "rename the file or folder: XML cannot contain this name"
 _BYTE_OF_A_NAME = re.compile(r"[\udc80-\udcff]")
 """What Python reads for a byte of a file name that is not UTF-8."""
 

@@ -299,7 +299,7 @@ def test_a_tree_that_contains_itself_many_times_is_refused(
     result = measured_kbot("compare", "bomb:part.xacro", "v1:src/robot", cwd=repository)
     assert result.is_refusal(), result
     assert result.err == (
-        "error: the revision has more than 200,000 files and folders, too many to compare. "
+        "error: the revision is too large to compare: it has more than 200,000 files and folders. "
         "Compare two files instead\n"
     )
 
@@ -331,7 +331,9 @@ def test_many_pointers_to_one_large_file_are_refused(
     place.parent.mkdir(parents=True)
     place.write_bytes(bytes(1000))
     monkeypatch.setattr(git_module, "_MOST_ALL", 4000)
-    with pytest.raises(KbotError, match="the revision has more than 4 GB of files, too many to compare"):
+    with pytest.raises(
+        KbotError, match="the revision is too large to compare: it has more than 4 GB of files"
+    ):
         links("HEAD:src/robot")
 
 

@@ -9,7 +9,7 @@ export function about(licences?: string): HTMLElement {
     h(
       "p",
       {},
-      "KBot is licensed under the Apache License 2.0. This page contains packages and fonts of others.",
+      "KBot is licensed under the Apache License 2.0. This page contains third-party packages and fonts.",
     ),
     licences === undefined
       ? h("a", { href: "./third-party-licences.txt", target: "_blank" }, "Show their licences")

@@ -21,7 +21,7 @@ CONNECT_SECONDS = 0.3
 """A KBot on this machine accepts a connection at once."""
 _LARGEST_PID = 2**31 - 1
 _LATEST = 32503680000.0
-"""The year 3000. `time.localtime` does not know any number."""
+"""The year 3000: later start times are refused. `time.localtime` raises an error for much larger numbers."""
 SHOWN = 48
 """Characters of a command line that are printed, so that an entry of the list fits in a line."""
 

@@ -192,7 +192,7 @@ def _too_long() -> KbotError:
 
 
 def _too_large(what: str) -> KbotError:
-    return KbotError(f"the revision has {what}, too many to compare. Compare two files instead")
+    return KbotError(f"the revision is too large to compare: it has {what}. Compare two files instead")
 
 
 def _write(

@@ -180,10 +180,10 @@ class _Reader:
         try:
             file, root = self.files.model(found)
         except DescriptionError as error:
-            found_in_it = error.diagnostics
+            errors = error.diagnostics
             if not self.values.is_strict:
-                found_in_it = tuple(replace(d, severity=Severity.WARNING) for d in found_in_it)
-            self.findings.diagnostics += found_in_it
+                errors = tuple(replace(d, severity=Severity.WARNING) for d in errors)
+            self.findings.diagnostics += errors
             raise _Unusable from None
         except KbotError as error:
             raise self._unusable("W202", str(error), uri) from None

@@ -18,9 +18,9 @@ _NO_OFFSET = "uses 0 0 0 0 0 0"
 class SdfValues:
     """Reads values and collects findings about them.
 
-    One fault must not cost the rest of a world, so KBot repairs it or leaves the part out, with a warning.
-    With `is_strict`, such a fault is an error: who spawns a single model needs to know that it is not usable
-    as it is.
+    KBot repairs a fault or leaves the part out, with a warning, so that the rest of the world can be used.
+    With `is_strict`, a fault is an error, because a program that spawns a single model must know that the
+    model is unusable.
     """
 
     def __init__(self, findings: DiagnosticCollector, is_strict: bool = False) -> None:
@@ -30,7 +30,7 @@ class SdfValues:
         self._next: dict[tuple[int, str], int] = {}
 
     def fault(self, code: str, message: str, origin: Origin, otherwise: str, hint: str = "") -> None:
-        """Report a fault. `otherwise` says what KBot does instead: "uses 1 kg", "leaves the joint out"."""
+        """Report a fault. `otherwise` is what KBot does instead: "uses 1 kg", "leaves the joint out"."""
         if self.is_strict:
             self.findings.error(code, message, origin, hint, message)
         else:

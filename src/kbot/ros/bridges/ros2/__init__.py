@@ -40,7 +40,7 @@ def open_bridge(
 
 def _why_no_peer() -> str:
     if find_spec("cyclonedds") is None:
-        return needs_extra("it", "ros2")
+        return needs_extra("ROS 2", "ros2")
     if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp":
         return "RMW_IMPLEMENTATION selects Zenoh"
     if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "OFF":

@@ -32,7 +32,7 @@ def _open(link: PeerLink, host: str | None) -> ZenohBridge:
 
 def _why_no_peer() -> str:
     if find_spec("zenoh") is None:
-        return needs_extra("it", "zenoh")
+        return needs_extra("Zenoh", "zenoh")
     if os.environ.get("ZENOH_CONNECT"):
         return ""
     try:

@@ -429,8 +429,17 @@ def _children(
     own.private = {}
     if found.ok:
         here = context.origin(element)
-        args = found.get("args", "")
-        own.node = PlannedNode(found["pkg"], found["type"], name, own.namespace, args, here, {"type": here})
+        # `read_node` makes the node after its parameters. How severe an error in them is depends on whether
+        # KBot runs the node, which these values decide
+        own.node = PlannedNode(
+            package=found["pkg"],
+            type=found["type"],
+            name=name,
+            namespace=own.namespace,
+            args=found.get("args", ""),
+            origin=here,
+            spans={"type": here},
+        )
     private = dict(context.private)
     for child in element.elements():
         if child.tag not in CHILDREN["node"]:

@@ -7,14 +7,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kbot.xacro.ros_variables import ros_value
-
-if TYPE_CHECKING:
-    _Environ = os._Environ[str]
-else:
-    _Environ = os._Environ
 
 _BETWEEN = (__name__, "os", "_collections_abc", "collections.abc")
 """The modules between the line `os.getenv(…)` of a launch file and `__getitem__`."""
@@ -34,8 +29,8 @@ def ros_environment() -> Iterator[None]:
         os.environ = original  # noqa: B003 - see above
 
 
-class _RosEnvironment(_Environ):
-    def __init__(self, original: _Environ) -> None:
+class _RosEnvironment(os._Environ[str]):
+    def __init__(self, original: os._Environ[str]) -> None:
         vars(self).update(vars(original))
 
     def __getitem__(self, key: str) -> str:
