@@ -306,6 +306,12 @@ def test_models_and_links_of_one_name_are_all_there(world):
     ]
 
 
+def test_the_number_of_a_repeated_name_depends_only_on_the_names_beside_it(world):
+    models = (f"<model name='n{n}'>{static(link()) * 2}</model>" for n in range(20))
+    names = {body.name for body in world("".join(models)).bodies}
+    assert names == {f"n{n}::{name}" for n in range(20) for name in ("m", "m_2")}
+
+
 INERTIA = "<inertia><ixx>{}</ixx><iyy>{}</iyy><izz>{}</izz><ixy>{}</ixy></inertia>"
 
 
