@@ -265,7 +265,7 @@ def test_unsupported_elements_are_reported_once_at_their_line(world):
             HEAVY.format("<mass>1e300</mass>"),
             "W204", "<mass> must be a finite number up to 1e+12", "uses 1",
         ),
-        (HEAVY.format("<mass>-1</mass>"), "W204", "<mass> must be above 0, not -1 kg", "uses 1 kg"),
+        (HEAVY.format("<mass>-1</mass>"), "W204", "<mass> must be above 1e-14 kg, not -1 kg", "uses 1 kg"),
         (static(link()) + static(link()), "W208", "duplicate name 'm'", "calls it 'm_2'"),
         (static(link() + link()), "W208", "duplicate name 'l'", "calls it 'l_2'"),
         (static(link(), name=""), "W205", "<model> has no name", "calls it 'unnamed_1'"),
@@ -359,7 +359,7 @@ def test_a_fault_of_many_models_is_one_finding_with_the_count(world):
     assert [(d.message, d.origin.span.line) for d in found] == [
         ("model://maize_0 not found (4 places)", 4),
         ("model://maize_1 not found (2 places)", 6),
-        ("<mass> must be above 0, not 0 kg (3 places)", 10),
+        ("<mass> must be above 1e-14 kg, not 0 kg (3 places)", 10),
     ]
     assert [r.origin.span.line for r in found[0].related] == [5, 7, 8]
 

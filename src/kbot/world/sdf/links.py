@@ -70,7 +70,7 @@ class Links:
         body_from_inertial = body_from_link @ self._values.pose(inertial.find("pose"))
         mass = self._values.number(inertial, "mass", 1.0, HEAVIEST)
         if mass <= SMALLEST:
-            message = f"<mass> must be above 0, not {mass:g} kg"
+            message = f"<mass> must be above {SMALLEST:g} kg, not {mass:g} kg"
             self._values.fault("W204", message, inertial.origin, "uses 1 kg")
             mass = 1.0
         inertia = inertial.find("inertia")
