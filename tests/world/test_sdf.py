@@ -319,7 +319,7 @@ INERTIA = "<inertia><ixx>{}</ixx><iyy>{}</iyy><izz>{}</izz><ixy>{}</ixy></inerti
     ("moments", "code", "message", "repaired"),
     [
         # the negative second moment about z, (0.1 + 0.1 - 1) / 2 = -0.4 kg m^2, becomes 0
-        ((0.1, 0.1, 1, 0), "W104", "KBot adds 0.4 to each of these", (0.5, 0.5, 1, 0)),
+        ((0.1, 0.1, 1, 0), "W104", "KBot adds 0.4 kg m^2 to each of the smaller ones", (0.5, 0.5, 1, 0)),
         # of a cuboid of 2 kg with edges of 1, 2 and 0.1 m: m (b^2 + c^2) / 12
         ((0, 0, 0, 0), "W103", "uses that of a box around its shapes", (4.01 / 6, 1.01 / 6, 5 / 6, 0)),
         ((1, 1, 1, 0.5), None, "", (1, 1, 1, 0.5)),
@@ -329,7 +329,7 @@ def test_impossible_inertia_is_repaired_as_that_of_a_robot(world, moments, code,
     inertial = f"<inertial><mass>2</mass>{INERTIA.format(*moments)}</inertial>"
     found = world(f"<model name='m'>{link(inertial + COLLISION)}</model>")
     assert [(d.code, d.is_error) for d in found.diagnostics] == ([(code, False)] if code else [])
-    assert all(message in d.message and d.origin.span.line == 3 for d in found.diagnostics)
+    assert all(message in d.hint and d.origin.span.line == 3 for d in found.diagnostics)
     xx, yy, zz, xy, xz, yz = found.bodies[0].inertia
     assert (xx, yy, zz, xy) == pytest.approx(repaired, rel=1e-6)
     assert (xz, yz) == (0, 0)

@@ -83,8 +83,7 @@ class Links:
                 mass,
                 tensor,
                 lambda: corners_of(parts, body_from_inertial.inverse()),
-                self._values.findings,
-                inertia.origin,
+                self._values.fault_at(inertia.origin),
                 moves_alone=moves_alone,
             )
         return MassProperties(mass, np.zeros(3), tensor).in_frame(body_from_inertial)

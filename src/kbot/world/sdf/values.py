@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from math import inf, isfinite, radians
 
+from kbot.kinematics.inertia_repair import Report
 from kbot.kinematics.transform import Transform
 from kbot.text import DiagnosticCollector, Element, Origin
 from kbot.text.numbers import to_float
@@ -38,6 +39,10 @@ class SdfValues:
         else:
             stop = "" if not hint else " " if hint.endswith("?") else ". "
             self.findings.warning(code, message, origin, f"{hint}{stop}KBot {otherwise}", message)
+
+    def fault_at(self, origin: Origin) -> Report:
+        """A function that reports repairs of an inertia tensor at this place."""
+        return lambda code, problem, instead, hint: self.fault(code, problem, origin, instead, hint)
 
     def numbers(
         self, element: Element, count: int, most: float = inf, otherwise: str = "ignores the value"
