@@ -7,6 +7,7 @@ file of any name. The name decides only if the content does not, for example in 
 from __future__ import annotations
 
 import codecs
+import os
 import re
 
 from kbot.text.files import check_regular
@@ -27,7 +28,6 @@ _BY_ENDING = {
     ".urdf": ROBOT,
     ".launch": LAUNCH,
     **{f".launch.{ending}": LAUNCH for ending in ("xml", "yaml", "yml", "py")},
-    "package.xml": PACKAGE,
     ".sdf": WORLD,
     ".world": WORLD,
 }
@@ -44,7 +44,9 @@ def file_kind(path: str, text: str) -> str:
         found = LAUNCH if _YAML.match(text) else ""
     else:
         found = root_tag(text)
-    return found or next((kind for ending, kind in _BY_ENDING.items() if path.endswith(ending)), "")
+    if found or os.path.basename(path) == "package.xml":
+        return found or PACKAGE
+    return next((kind for ending, kind in _BY_ENDING.items() if path.endswith(ending)), "")
 
 
 def kind_of_file(path: str) -> str:
