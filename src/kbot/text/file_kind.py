@@ -23,6 +23,9 @@ _PYTHON = re.compile(r"^(?:def +|from .*\bimport\b.*\b)?generate_launch_descript
 """A launch file in Python defines this function, or imports it."""
 _YAML = re.compile(r"(?:[ \t\r]*(?:[#%].*|---.*)?\n)*[\"']?launch[\"']?\s*:")
 """A launch file in YAML has one key at its top level."""
+MAY_BE_ROBOT = (".xacro", ".urdf", ".xml")
+MAY_BE_LAUNCH = (".launch", ".xml", ".yaml", ".yml", ".py")
+"""Endings of files that may be a robot or a launch file. A search reads no others."""
 _BY_ENDING = {
     ".xacro": ROBOT,
     ".urdf": ROBOT,
