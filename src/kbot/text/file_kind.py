@@ -19,7 +19,7 @@ _BEFORE_ROOT = re.compile(
     r"\s+|<\?.*?\?>|<!--.*?-->|<!DOCTYPE(?:[^<>\[]|\[.*?\]\s*(?=>))*>", re.DOTALL | re.IGNORECASE
 )
 _ROOT = re.compile(r"<([A-Za-z_][\w:.-]*)")
-_PYTHON = re.compile(r"^(?:def +|from .*\bimport\b.*\b)?generate_launch_description\b", re.MULTILINE)
+_PYTHON = re.compile(r"^(?:def +|from +[\w.]+ +import\b.*\b)?generate_launch_description\b", re.MULTILINE)
 """A launch file in Python defines this function, or imports it."""
 _YAML = re.compile(r"(?:[ \t\r]*(?:[#%].*|---.*)?\n)*[\"']?launch[\"']?\s*:")
 """A launch file in YAML has one key at its top level."""
