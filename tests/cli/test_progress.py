@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import gc
+import io
 import os
 import sys
 import threading
@@ -134,6 +136,31 @@ def test_a_terminal_that_cannot_clear_a_line_shows_nothing(
     with progress.busy("loading it"):
         time.sleep(0.1)
     assert capsys.readouterr() == ("", "")
+
+
+class _Closed(io.StringIO):
+    """A terminal or pipe that was closed."""
+
+    def write(self, text: str) -> int:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_progress_stops_if_the_terminal_or_pipe_is_closed(
+    is_terminal: bool, monkeypatch: pytest.MonkeyPatch, at_once: None
+) -> None:
+    closed, errors = _Closed(), list[object]()
+    closed.isatty = lambda: is_terminal  # type: ignore[method-assign]
+    monkeypatch.setattr(sys, "stderr", closed)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(progress, "SLOW", 0.0)
+    monkeypatch.setattr(threading, "excepthook", errors.append)
+    before = threading.active_count()
+    with progress.busy("loading it"):
+        while threading.active_count() > before:
+            time.sleep(0.01)
+    assert errors == []
+    assert sys.stderr is closed
 
 
 def test_a_pipe_gets_no_bar(capsys: pytest.CaptureFixture[str], at_once: None) -> None:

@@ -295,6 +295,19 @@ def test_ctrl_c_between_the_first_run_and_the_others_reports_the_first(
     assert parquet.read_table("out/results.parquet").num_rows == 1
 
 
+def test_ctrl_c_during_the_search_writes_the_table_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[object] = []
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("kbot.sweep.runner.search", interrupted)
+    monkeypatch.setattr("kbot.sweep.runner.Sweep.write_finished", lambda sweep: written.append(sweep))
+    words = ["kbot", "--set", "wheel_radius=0.03:0.05:9", *SHORT, "--objective", "slip", "-j", "1"]
+    assert main.run(["sweep", *words]) == 130
+    assert len(written) == 1
+
+
 def test_the_function_gives_the_same_table_as_the_command() -> None:
     words = ("kbot", "--set", "wheel_radius=0.03:0.05", *SHORT, "--method", "lhs", "--runs", "2")
     run(*words, "--objective", "slip")

@@ -1,6 +1,7 @@
 """Plans of ROS 1 launch files. Expected values follow the documentation of roslaunch."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -224,6 +225,14 @@ def test_other_wrapper_needs_permission_and_then_sets_variables(folder: Path) ->
     assert only(plan_of(folder, body)).code == "L040"
     plan = clean(read_launch(str(folder / "a.launch"), allow_commands=True))
     assert '<link name="3"/>' in str(plan.params["/robot"].value)
+
+
+def test_command_that_does_not_end_is_an_error(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kbot.ros.launch.commands._TIMEOUT_S", 0.2)
+    body = f'<param name="a" command="{sys.executable} -c \'import time; time.sleep(60)\'"/>'
+    (folder / "a.launch").write_text(f"<launch>{body}</launch>")
+    found = only(read_launch(str(folder / "a.launch"), allow_commands=True))
+    assert (found.code, found.message) == ("L041", "the command did not end within 0.2 s")
 
 
 @pytest.mark.parametrize("line", ["A=$(rm x)", "A=`rm x`", "rm x", "A=1 rm x", "A='"])

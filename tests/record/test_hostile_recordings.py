@@ -482,6 +482,12 @@ def test_stated_size_is_compared_with_the_data(compression: str) -> None:
                 inflate(broken, compression, 4000)
 
 
+def test_empty_frames_take_time_in_proportion_to_their_number() -> None:
+    """If each of them copies the rest of the data, this takes longer than the tests may."""
+    frames = PACK["zstd"](b"") * 300_000
+    assert inflate(frames + PACK["zstd"](b"abcd"), "zstd", 4) == b"abcd"
+
+
 def test_unknown_compression_is_refused() -> None:
     with pytest.raises(ValueError, match="unknown compression 'rar'"):
         inflate(b"", "rar", 0)

@@ -204,6 +204,24 @@ def test_damaged_metadata_is_one_error(
     assert "\n" not in str(raised.value)
 
 
+def test_an_end_long_after_the_last_message_is_damaged(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stated number of steps must not simulate for ever. That of an hour of silence is valid, here 1 s."""
+    monkeypatch.setattr("kbot.record.replay._LONGEST_SILENCE", 1.0)
+    summary = Recording(str(runs["mcap"])).summary()
+    timestep = float(summary.notes["kbot"]["timestep"])
+    for seconds, is_damaged in ((0.9, False), (1.1, True)):
+        steps = round((summary.end * 1e-9 + seconds) / timestep)
+        end = {"kbot.end": {"steps": str(steps), "time": str(steps * timestep)}}
+        path = edited(runs["mcap"], tmp_path / f"{seconds}.mcap", notes=end)
+        if is_damaged:
+            with pytest.raises(KbotError, match="cannot be replayed: its metadata is damaged"):
+                replay(path)
+        else:
+            assert replay(path).simulation.steps == steps
+
+
 def test_return_to_an_earlier_state_is_replayed(tmp_path: Path) -> None:
     def drive(sim: Simulation) -> None:
         sim.cmd_vel(0.3, 0.2)

@@ -67,6 +67,17 @@ def test_missing_part_of_a_model_is_reported(sim: Simulation) -> None:
         sim.models.spawn_sdf(f"<sdf version='1.7'><model name='none'>{include}</sdf>")
 
 
+def test_impossible_inertia_of_a_model_of_a_peer_is_an_error(sim: Simulation) -> None:
+    inertia = "<inertia><ixx>1</ixx><iyy>1</iyy><izz>9</izz></inertia></inertial>"
+    sdf = CRATE.replace("</inertial>", inertia)
+    sim.models.spawn_sdf(sdf, "own", at(2.0))
+    assert [(d.code, d.is_error) for d in sim.diagnostics] == [("W104", False)]
+    with pytest.raises(DescriptionError) as refused:
+        sim.models.spawn_sdf(sdf, "peer", is_confined=True)
+    (error,) = refused.value.diagnostics
+    assert (error.code, error.is_error, "KBot" in str(error)) == ("W104", True, False)
+
+
 def test_model_with_self_collision_is_one_model(sim: Simulation) -> None:
     gate = GATE.replace("<pose>0.5 0 0 0 0 0</pose>", "<self_collide>true</self_collide>", 1)
     bodies = sim.models.spawn_sdf(gate, "g", at(1.0, 1.0))

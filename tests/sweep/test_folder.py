@@ -119,8 +119,8 @@ def test_links_and_pipes_are_refused(name: str, out: str, tmp_path: Path) -> Non
         ("[" * 200_000, "it is nested too deeply"),
         ('{"schema": ' + "1" * 5000 + "}", "Exceeds the limit"),
         ("[]", "that this version of KBot can continue"),
-        ('{"schema": 2, "designs": "3"}', "its 'designs' has another type"),
-        ('{"schema": 2, "versions": []}', "its 'versions' has another type"),
+        ('{"schema": 2, "designs": "3"}', "its 'designs' has the wrong type"),
+        ('{"schema": 2, "versions": []}', "its 'versions' has the wrong type"),
     ],
 )
 def test_a_damaged_description_is_refused(text: str, reason: str, out: str) -> None:

@@ -169,19 +169,22 @@ def test_a_text_that_is_not_unicode_is_recorded_with_escapes(tmp_path: Path) -> 
     [
         ({"run": -1}, "1:{}: the sweep has 100 runs, and no run -1"),
         ({"run": 10**15}, "1:{}: the sweep has 100 runs, and no run 1000000000000000"),
-        ({"run": "x"}, "1:{}: 'run' has another type"),
-        ({"run": True}, "1:{}: 'run' has another type"),
+        ({"run": "x"}, "1:{}: 'run' has the wrong type"),
+        ({"run": True}, "1:{}: 'run' has the wrong type"),
         ({"seed": 2**63}, "1:{}: 'seed' has more than 64 bits"),
-        ({"seed": 2**70}, "1:{}: 'seed' has another type"),  # JSON's numbers beyond 64 bits are not integers
-        ({"values": 5}, "1:{}: 'values' has another type"),
+        (
+            {"seed": 2**70},
+            "1:{}: 'seed' has the wrong type",
+        ),  # JSON's numbers beyond 64 bits are not integers
+        ({"values": 5}, "1:{}: 'values' has the wrong type"),
         ({"values": [[]]}, "1:{}: a value is neither a number nor a text"),
-        ({"measures": []}, "1:{}: 'measures' has another type"),
+        ({"measures": []}, "1:{}: 'measures' has the wrong type"),
         ({"measures": {"energy": "much"}}, "1:{}: the value of a measure is not a number"),
-        ({"passed": "yes"}, "1:{}: 'passed' has another type"),
-        ({"passed": False}, "1:{}: only a run that did not pass has a reason"),
-        ({"reason": "slip"}, "1:{}: only a run that did not pass has a reason"),
-        ({"reason": 1}, "1:{}: 'reason' has another type"),
-        ({"more": 1}, "1:{}: a run has no 'more'"),
+        ({"passed": "yes"}, "1:{}: 'passed' has the wrong type"),
+        ({"passed": False}, "1:{}: 'passed' and 'reason' contradict each other"),
+        ({"reason": "slip"}, "1:{}: 'passed' and 'reason' contradict each other"),
+        ({"reason": 1}, "1:{}: 'reason' has the wrong type"),
+        ({"more": 1}, "1:{}: unknown key 'more'"),
     ],
 )
 def test_a_line_that_is_not_a_row_is_not_a_finished_run(
@@ -221,10 +224,18 @@ def test_a_line_that_is_not_an_object_is_ignored(line: str, tmp_path: Path) -> N
     ("key", "value", "problem"),
     [
         ("values", (), "is recorded with 0 values, but 3 vary"),
-        ("values", (0.02, 3, 4), "is recorded with c = '4', which it cannot be"),
-        ("values", (0.02, 2**63, "left"), "is recorded with b = '9223372036854775808', which it cannot be"),
-        ("values", (2**64 - 1, 3, "left"), "is recorded with a = '18446744073709551615', which it cannot be"),
-        ("values", ("x", 3, "left"), "is recorded with a = 'x', which it cannot be"),
+        ("values", (0.02, 3, 4), "is recorded with c = '4', which is not one of its values"),
+        (
+            "values",
+            (0.02, 2**63, "left"),
+            "is recorded with b = '9223372036854775808', which is not one of its values",
+        ),
+        (
+            "values",
+            (2**64 - 1, 3, "left"),
+            "is recorded with a = '18446744073709551615', which is not one of its values",
+        ),
+        ("values", ("x", 3, "left"), "is recorded with a = 'x', which is not one of its values"),
         ("design", 3, "is recorded for design 3, but it is of design 0"),
         ("scenario", "other", "is recorded with another scenario, but it is of 'straight'"),
         ("seed", 8, "is recorded with the seed 8, but it has the seed 7"),

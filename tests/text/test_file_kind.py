@@ -35,6 +35,7 @@ YAML = "# of ROS 2\n%YAML 1.2\n---\n\nlaunch:\n- node: {pkg: p, exec: e}\n"
         ("package.xml", "<package/>", "package"),
         ("package.xml", "<pack", "pack"),
         ("package.xml", "", "package"),
+        ("my_package.xml", "", ""),
         ("world.xml", "<sdf version='1.9'/>", "sdf"),
         ("scene.xml", "<mujoco/>", "mujoco"),
         ("notes.xml", "no XML", ""),

@@ -46,6 +46,17 @@ def test_links_to_folders_are_not_followed(tmp_path: Path) -> None:
     assert sorted(os.path.relpath(file, tmp_path) for file in found) == [str(Path("a/x")), "file"]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="links need a privilege on Windows")
+def test_a_broken_link_does_not_end_the_search_of_its_folder(tmp_path: Path) -> None:
+    """A link to itself has no target. Whoever reads it reports that."""
+    names = [f"{n}.urdf" for n in range(20)]
+    made(tmp_path, *names)
+    for name in ("loop.urdf", "loop"):
+        (tmp_path / name).symlink_to(tmp_path / name)
+    found = files_below(tmp_path, lambda name: name.endswith(".urdf"))
+    assert sorted(os.path.relpath(file, tmp_path) for file in found) == sorted([*names, "loop.urdf"])
+
+
 def test_a_search_stops_at_its_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made(tmp_path, "a/1", "a/2", "3")  # with the folder: four
     monkeypatch.setattr(folders, "MOST_SEARCHED", 4)

@@ -265,7 +265,7 @@ def test_unsupported_elements_are_reported_once_at_their_line(world):
             HEAVY.format("<mass>1e300</mass>"),
             "W204", "<mass> must be a finite number up to 1e+12", "uses 1",
         ),
-        (HEAVY.format("<mass>-1</mass>"), "W204", "<mass> must be above 0, not -1 kg", "uses 1 kg"),
+        (HEAVY.format("<mass>-1</mass>"), "W204", "<mass> must be above 1e-14 kg, not -1 kg", "uses 1 kg"),
         (static(link()) + static(link()), "W208", "duplicate name 'm'", "calls it 'm_2'"),
         (static(link() + link()), "W208", "duplicate name 'l'", "calls it 'l_2'"),
         (static(link(), name=""), "W205", "<model> has no name", "calls it 'unnamed_1'"),
@@ -306,6 +306,12 @@ def test_models_and_links_of_one_name_are_all_there(world):
     ]
 
 
+def test_the_number_of_a_repeated_name_depends_only_on_the_names_beside_it(world):
+    models = (f"<model name='n{n}'>{static(link()) * 2}</model>" for n in range(20))
+    names = {body.name for body in world("".join(models)).bodies}
+    assert names == {f"n{n}::{name}" for n in range(20) for name in ("m", "m_2")}
+
+
 INERTIA = "<inertia><ixx>{}</ixx><iyy>{}</iyy><izz>{}</izz><ixy>{}</ixy></inertia>"
 
 
@@ -313,7 +319,7 @@ INERTIA = "<inertia><ixx>{}</ixx><iyy>{}</iyy><izz>{}</izz><ixy>{}</ixy></inerti
     ("moments", "code", "message", "repaired"),
     [
         # the negative second moment about z, (0.1 + 0.1 - 1) / 2 = -0.4 kg m^2, becomes 0
-        ((0.1, 0.1, 1, 0), "W104", "KBot adds 0.4 to each of these", (0.5, 0.5, 1, 0)),
+        ((0.1, 0.1, 1, 0), "W104", "KBot adds 0.4 kg m^2 to each of the smaller ones", (0.5, 0.5, 1, 0)),
         # of a cuboid of 2 kg with edges of 1, 2 and 0.1 m: m (b^2 + c^2) / 12
         ((0, 0, 0, 0), "W103", "uses that of a box around its shapes", (4.01 / 6, 1.01 / 6, 5 / 6, 0)),
         ((1, 1, 1, 0.5), None, "", (1, 1, 1, 0.5)),
@@ -323,7 +329,7 @@ def test_impossible_inertia_is_repaired_as_that_of_a_robot(world, moments, code,
     inertial = f"<inertial><mass>2</mass>{INERTIA.format(*moments)}</inertial>"
     found = world(f"<model name='m'>{link(inertial + COLLISION)}</model>")
     assert [(d.code, d.is_error) for d in found.diagnostics] == ([(code, False)] if code else [])
-    assert all(message in d.message and d.origin.span.line == 3 for d in found.diagnostics)
+    assert all(message in d.hint and d.origin.span.line == 3 for d in found.diagnostics)
     xx, yy, zz, xy, xz, yz = found.bodies[0].inertia
     assert (xx, yy, zz, xy) == pytest.approx(repaired, rel=1e-6)
     assert (xz, yz) == (0, 0)
@@ -353,7 +359,7 @@ def test_a_fault_of_many_models_is_one_finding_with_the_count(world):
     assert [(d.message, d.origin.span.line) for d in found] == [
         ("model://maize_0 not found (4 places)", 4),
         ("model://maize_1 not found (2 places)", 6),
-        ("<mass> must be above 0, not 0 kg (3 places)", 10),
+        ("<mass> must be above 1e-14 kg, not 0 kg (3 places)", 10),
     ]
     assert [r.origin.span.line for r in found[0].related] == [5, 7, 8]
 

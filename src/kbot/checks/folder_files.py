@@ -10,11 +10,12 @@ from pathlib import Path
 
 from kbot.checks.file_kinds import file_kinds
 from kbot.text import DescriptionError, Diagnostic, Origin, Severity, Source, Span, parse_xml, read_source
-from kbot.text.file_kind import ROBOT, kind_of_file
+from kbot.text.file_kind import MAY_BE_LAUNCH, MAY_BE_ROBOT, ROBOT, kind_of_file
 from kbot.text.folders import files_below
 
 _ROBOT = (".xacro", ".urdf")
-_SEARCHED = (*_ROBOT, ".launch", ".xml", ".yaml", ".yml")
+"""Endings of files that are a description, whatever they contain."""
+_SEARCHED = tuple({*MAY_BE_ROBOT, *MAY_BE_LAUNCH} - {".py"})
 """Endings of files that may be one to check. Launch files in Python are programs, and not searched."""
 _INCLUDE = re.compile(r"""<xacro:include\b[^<>]*""")
 _FILENAME = re.compile(r"""\bfilename\s*=\s*["']([^"']+)["']""")

@@ -135,14 +135,12 @@ def command(
 def refuse_launch_file(expansion: Expansion) -> None:
     """Raise DescriptionError if the text of a launch file cannot be expanded: its `$(…)` are not those of
     xacro. Other files, such as SDF, may be xacro too."""
-    from kbot.model.load import other_kind  # only for an error: a plain expansion is fast
-    from kbot.text.file_kind import LAUNCH, file_kind
+    # only for an error: a plain expansion is fast
+    from kbot.model.load import error_for_kind, kind_of_unexpanded
+    from kbot.text.file_kind import LAUNCH
 
-    found = other_kind(expansion)
-    if found is not None and found.origin is not None:
-        source = found.origin.span.source
-        if file_kind(source.path, source.text) == LAUNCH:
-            raise DescriptionError([found])
+    if kind_of_unexpanded(expansion) == LAUNCH:
+        raise DescriptionError([error_for_kind(LAUNCH, expansion)])
 
 
 def robot_path(file: str) -> str:

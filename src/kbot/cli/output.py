@@ -15,16 +15,12 @@ import click
 
 from kbot.text.diagnostic import Diagnostic
 from kbot.text.errors import DescriptionError, KbotError
-from kbot.text.file_kind import ROBOT, kind_of_file
+from kbot.text.file_kind import MAY_BE_ROBOT, ROBOT, kind_of_file
 from kbot.text.files import read_source
 from kbot.text.render import render_text
 
 if TYPE_CHECKING:
     from kbot.model.load import Loaded
-
-
-_DESCRIPTIONS = (".xacro", ".urdf", ".xml")
-"""Endings of files that may become a robot, even if they are empty or broken now."""
 
 
 def has_color(stream: TextIO) -> bool:
@@ -53,7 +49,8 @@ def report_for_page(loaded: Loaded) -> None:
         path = loaded.expansion.path or ""
         read_source(path)
         is_other_kind = any(diagnostic.code == "U001" for diagnostic in loaded.diagnostics)
-        if is_other_kind or not (path.endswith(_DESCRIPTIONS) or kind_of_file(path) == ROBOT):
+        # a file of such an ending may become a robot, even if it is empty or broken now
+        if is_other_kind or not (path.endswith(MAY_BE_ROBOT) or kind_of_file(path) == ROBOT):
             raise DescriptionError(loaded.diagnostics)
         report(loaded.diagnostics)
         print_fix_command(loaded.diagnostics)

@@ -7,7 +7,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import timedelta
 from itertools import cycle
 from time import monotonic, process_time
@@ -26,6 +26,8 @@ SLOW = 10.0
 time would depend on how busy the machine is."""
 REFRESH = 0.1
 """Seconds between two updates of the progress line."""
+_CLOSED = (OSError, ValueError)
+"""Errors of writing to a terminal or pipe that was closed. The progress then stops, and KBot continues."""
 _BAR = 30
 """Characters of the bar."""
 _COLUMNS = 80
@@ -83,14 +85,15 @@ def _shown(text: Callable[[], str]) -> Iterator[None]:
         terminal = sys.stderr
         line = _LastLine(terminal)
         sys.stderr = line  # it is a TextIO by __getattr__
-        try:
-            for mark in cycle("-\\|/"):
-                line.show(f"{mark} {text()}")
-                if done.wait(REFRESH):
-                    return
-        finally:
-            sys.stderr = terminal
-            line.close()
+        with suppress(*_CLOSED):
+            try:
+                for mark in cycle("-\\|/"):
+                    line.show(f"{mark} {text()}")
+                    if done.wait(REFRESH):
+                        return
+            finally:
+                sys.stderr = terminal
+                line.close()
 
     thread = threading.Thread(target=show, daemon=True)
     thread.start()
@@ -137,10 +140,11 @@ def _printed_if_slow(what: str) -> Iterator[Callable[[str], None]]:
 
     def watch() -> None:
         pause = SLOW
-        while not is_done.wait(pause):
-            if process_time() - begun >= SLOW:
-                print_note(f"{what} …")
-                pause = LINE_SECONDS
+        with suppress(*_CLOSED):
+            while not is_done.wait(pause):
+                if process_time() - begun >= SLOW:
+                    print_note(f"{what} …")
+                    pause = LINE_SECONDS
 
     watching = threading.Thread(target=watch, daemon=True)
     watching.start()

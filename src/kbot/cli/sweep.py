@@ -246,7 +246,7 @@ def _run(
     sweep = opened.enter_context(opened_sweep(plan, execution.out))
     if sweep.journal.count and sweep.missing:
         print_note(f"continuing: {sweep.journal.count} of {plan.runs} runs are finished")
-    is_complete = True
+    has_searched, is_complete = False, True
     try:
         with busy("running the first design"):
             rehearse(sweep, pool, execution.limit_time, confirmed=execution.confirmed)
@@ -254,12 +254,14 @@ def _run(
             counting("running", sweep.missing) as advance,
             _executor(execution, plan, pool, execution.out) as executor,
         ):
+            has_searched = True
             sweep.run(executor, advance)
     except KeyboardInterrupt:
         if not sweep.journal.count:  # no run is finished
             raise
         is_complete = False
-        sweep.write_finished()  # Ctrl-C may come before the search, which writes it too
+        if not has_searched:  # Ctrl-C came before the search, which writes the table itself
+            sweep.write_finished()
     return _SweepResult(sweep.results(), pool, is_complete, time.monotonic() - begun)
 
 

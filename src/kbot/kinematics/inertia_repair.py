@@ -1,4 +1,4 @@
-"""Repairs impossible inertia tensors of robots and of worlds, with a warning at their line."""
+"""Repairs impossible inertia tensors of robots and of worlds, and reports it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kbot.kinematics.bodies import THINNEST, possible_moments, principal_axes
-from kbot.text import DiagnosticCollector, Origin
 
 Array = NDArray[np.float64]
+Report = Callable[[str, str, str, str], None]
+"""Reports a repair: the code of the finding, the problem, what KBot does instead, and a hint to fix it."""
 
 SMALLEST = 1e-14
 """kg or kg m^2. The engine treats less as zero: MuJoCo's smallest mass of a moving body is 1e-15."""
@@ -23,12 +24,11 @@ def possible_tensor(
     mass: float,
     tensor: Array,
     corners: Callable[[], Array],
-    findings: DiagnosticCollector,
-    origin: Origin | None,
+    report: Report,
     *,
     moves_alone: bool = True,
 ) -> Array:
-    """The tensor (3, 3) in kg m^2 of a body called `name`, or with a warning the nearest possible one.
+    """The tensor (3, 3) in kg m^2 of a body called `name`, or the nearest possible one, which is reported.
 
     A body without inertia gets that of a solid box of its `mass` around `corners` (n, 3) in m, in the axes of
     the tensor; without a size, that of a cube of water. A body that does not move alone may have none: it is
@@ -43,26 +43,24 @@ def possible_tensor(
     if possible is None:
         box, what = _box(mass, corners())
         lack = "has no moment of inertia above 0" if moments.any() else "moves but has no inertia"
-        uses = f"KBot uses that of {what}: {_listed(np.diag(box))} kg m^2"
-        message = f"{name} {lack}. {uses}"
-        findings.warning("W103", message, origin, hint, message)
+        uses = f"uses that of {what}: {_listed(np.diag(box))} kg m^2"
+        report("W103", f"{name} {lack}", uses, hint)
         return box
     changed = float(np.abs(possible - moments).max())
     if changed <= 1e-12 * moments[2]:
         return tensor
     if moments[0] <= 0.0:
-        message = (
-            f"{name} has an impossible inertia: its smallest principal moment is"
-            f" {moments[0]:.4g} kg m^2. KBot uses the principal moments {_listed(possible)} kg m^2"
+        problem = (
+            f"{name} has an impossible inertia: its smallest principal moment is {moments[0]:.4g} kg m^2"
         )
-        findings.warning("W104", message, origin, hint, message)
+        report("W104", problem, f"uses the principal moments {_listed(possible)} kg m^2", hint)
     elif changed > 5e-4 * moments[2]:
         a, b, c = moments
-        message = (
+        problem = (
             f"{name} has an impossible inertia: the largest principal moment, {c:.4g}, exceeds"
-            f" the sum of the others, {a:.4g} + {b:.4g} kg m^2. KBot adds {changed:.4g} to each of these"
+            f" the sum of the others, {a:.4g} + {b:.4g} kg m^2"
         )
-        findings.warning("W104", message, origin, hint, message)
+        report("W104", problem, f"adds {changed:.4g} kg m^2 to each of the smaller ones", hint)
     repaired: Array = axes @ np.diag(possible) @ axes.T
     return repaired
 

@@ -135,26 +135,32 @@ def _xacro_in(root: Element) -> Origin | None:
     return None
 
 
-def other_kind(expansion: Expansion) -> Diagnostic | None:
+def kind_of_unexpanded(expansion: Expansion) -> str:
+    """The kind of a file that cannot be expanded, as `file_kind` returns it. Empty without an error."""
+    place = _place_of_error(expansion)
+    return file_kind(place.span.source.path, place.span.source.text) if place else ""
+
+
+def error_for_kind(kind: str, expansion: Expansion) -> Diagnostic:
     """The error for a file of another kind, such as a launch file, that cannot be expanded as a robot. Its
-    other errors do not matter. None for a robot."""
-    places = [d.origin for d in expansion.diagnostics if d.is_error and d.origin]
-    if not places:
-        return None
-    root = expansion.document
-    place = Origin(root.origin.span) if root else places[0]
-    source = place.span.source
-    kind = file_kind(source.path, source.text)
-    if kind in ("", ROBOT):
-        return None
-    message, hint = not_a_robot(kind, f"<{root.tag}>" if root else source.path)
+    other errors do not matter."""
+    root, place = expansion.document, _place_of_error(expansion)
+    path = place.span.source.path if place else expansion.path or ""
+    message, hint = not_a_robot(kind, f"<{root.tag}>" if root else path)
     return Diagnostic("U001", Severity.ERROR, message, place, hint)
 
 
+def _place_of_error(expansion: Expansion) -> Origin | None:
+    """The root of a document with errors; without a root, the first error. None without an error."""
+    first = next((d.origin for d in expansion.diagnostics if d.is_error and d.origin), None)
+    root = expansion.document
+    return Origin(root.origin.span) if first and root else first
+
+
 def _read(expansion: Expansion, packages: Packages) -> Loaded:
-    other = other_kind(expansion)
-    if other is not None:
-        return Loaded(None, expansion, (other,), packages)
+    kind = kind_of_unexpanded(expansion)
+    if kind not in ("", ROBOT):
+        return Loaded(None, expansion, (error_for_kind(kind, expansion),), packages)
     if expansion.document is None:
         return Loaded(None, expansion, expansion.diagnostics, packages)
     with reading(expansion.path or ""):

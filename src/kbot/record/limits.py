@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+from io import BytesIO
 from pathlib import Path
 
 from kbot.text import KbotError
@@ -26,6 +27,8 @@ LONGEST_NAME = 255
 characters."""
 _SLOWNESS = {"lz4": 2, "bz2": 6}
 """Decompression time as a multiple of zstd's."""
+_READ_BYTES = 1 << 20
+"""Bytes to decompress at once. The reader reserves memory for all bytes that it is asked for."""
 _KEPT = 1 << 29
 """Bytes of a recording without a usable index that may be held in memory, in addition to 4 times its size."""
 
@@ -149,20 +152,15 @@ def _inflated(data: bytes, compression: str, most: int) -> bytes:
 def _unpacked_frames(data: bytes, most: int) -> bytes:
     """Decompress up to `most` bytes of any number of zstd frames. Raises ValueError: one is damaged or
     incomplete."""
-    from kbot.record.zstd import (
-        ZstdDecompressor,
-        ZstdError,
-    )  # imported lazily: only this compression needs it
+    from kbot.record.zstd import ZstdError, ZstdFile  # imported lazily: only this compression needs it
 
     parts: list[bytes] = []
-    while data and most > 0:
-        frame = ZstdDecompressor()
-        try:
-            parts.append(frame.decompress(data, most))
-        except ZstdError as error:
-            raise ValueError(str(error)) from None
-        most -= len(parts[-1])
-        if not frame.eof and most > 0:
-            raise ValueError("the zstd data is incomplete")
-        data = frame.unused_data
+    try:
+        # the unused_data of a ZstdDecompressor would copy the rest for each of millions of empty frames
+        with ZstdFile(BytesIO(data)) as reader:
+            while part := reader.read(min(most, _READ_BYTES)):
+                parts.append(part)
+                most -= len(part)
+    except (ZstdError, EOFError) as error:
+        raise ValueError(f"zstd: {error}") from None
     return b"".join(parts)

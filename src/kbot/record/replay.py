@@ -133,7 +133,7 @@ def _robot(simulation: Simulation, note: Note) -> SimulatedRobot:
 
 
 _LONGEST_SILENCE = 3600.0
-"""Seconds without a message before an action. A damaged step must not simulate for ever."""
+"""Seconds without a message before an action or the end. A damaged step must not simulate for ever."""
 _LONGEST_REASON = 200
 """Characters of a reason. It may quote any text of the recording."""
 
@@ -237,7 +237,8 @@ def replay(path: str, packages: Packages | None = None) -> Replayed:
     end = summary.notes.get("kbot.end", {})
     try:
         final = int(end["steps"]) if "steps" in end else round(last / (simulation.timestep * 1e9))
-        if not isclose(final * simulation.timestep, float(end.get("time", final * simulation.timestep))):
+        seconds = final * simulation.timestep
+        if final > most or not isclose(seconds, float(end.get("time", seconds))):
             raise ValueError
     except (ValueError, OverflowError):
         raise _damaged(path) from None

@@ -139,7 +139,7 @@ class Snapshots(Brief):
             assembly = assembly.with_world(state.world)
         if state.welds != assembly.welds:
             assembly = assembly.with_welds(state.welds)
-        if not has_same_robots or state.results.shapes != _shapes(assembly.model):
+        if not has_same_robots or state.results.shapes != self._shapes_of(assembly.model):
             raise KbotError("the state is from a simulation with other robots or another world")
         if assembly is not engine.assembly:
             self._models.use(assembly)
@@ -184,11 +184,14 @@ class Snapshots(Brief):
         ).hexdigest()
 
     def _results(self) -> EngineResults:
-        model, data = self._engine.model, self._engine.data
+        data, shapes = self._engine.data, self._shapes_of(self._engine.model)
+        arrays = b"".join([getattr(data, name).tobytes() for name, _ in shapes])
+        return EngineResults(shapes, arrays, tuple(getattr(data, name) for name in _AWAKE_COUNTS))
+
+    def _shapes_of(self, model: mujoco.MjModel) -> tuple[tuple[str, tuple[int, ...]], ...]:
         if self._results_of is not model:
             self._results_of, self._shapes = model, _shapes(model)
-        arrays = b"".join([getattr(data, name).tobytes() for name, _ in self._shapes])
-        return EngineResults(self._shapes, arrays, tuple(getattr(data, name) for name in _AWAKE_COUNTS))
+        return self._shapes
 
     def _use(self, state: Snapshot) -> None:
         model, data = self._engine.model, self._engine.data

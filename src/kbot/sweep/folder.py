@@ -100,7 +100,7 @@ def _require_same(out: str, before: Mapping[str, Any], plan: Plan) -> None:
     now = plan.to_json()
     for key, value in now.items():
         if key in before and type(before[key]) is not type(value):
-            raise KbotError(f"{out}/{PLAN} is not the description of a sweep: its '{key}' has another type")
+            raise KbotError(f"{out}/{PLAN} is not the description of a sweep: its '{key}' has the wrong type")
     may_grow = plan.method is not Method.LHS
     # only an optimisation depends on its objectives
     fixed = [key for key in now if key != "objectives" or plan.method is Method.OPTIMIZE]

@@ -292,9 +292,9 @@ def _row(line: bytes) -> Row:
         if key not in found:
             raise _Fault(f"'{key}' is missing")
         if key not in _TYPES:
-            raise _Fault(f"a run has no '{printable(key)[:50]}'", key)
+            raise _Fault(f"unknown key '{printable(key)[:50]}'", key)
         if type(found[key]) not in _TYPES[key]:
-            raise _Fault(f"'{key}' has another type", key)
+            raise _Fault(f"'{key}' has the wrong type", key)
     for key in ("run", "design", "seed"):
         if abs(found[key]) > LARGEST:
             raise _Fault(f"'{key}' has more than 64 bits", key)
@@ -305,7 +305,7 @@ def _row(line: bytes) -> Row:
         if type(value) not in (int, float, type(None)):
             raise _Fault("the value of a measure is not a number", "measures", name)
     if found["passed"] != (found["reason"] is None):
-        raise _Fault("only a run that did not pass has a reason", "reason")
+        raise _Fault("'passed' and 'reason' contradict each other", "reason")
     return Row(
         **{key: value for key, value in found.items() if key != "crc32"} | {"values": tuple(found["values"])}
     )

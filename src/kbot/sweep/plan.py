@@ -12,7 +12,7 @@ from kbot.sweep.designs import Method
 from kbot.sweep.journal import Row
 from kbot.sweep.objectives import Objective
 from kbot.sweep.space import Space, Target, Values
-from kbot.text.render import encodable
+from kbot.text.render import encodable, printable
 from kbot.trials.pool import Task
 from kbot.trials.results import TrialResult
 from kbot.trials.scenario import RobotSource
@@ -106,8 +106,9 @@ class Plan:
         seed = task.seed
         for index, (dimension, value) in enumerate(zip(self.space.dimensions, row.values, strict=True)):
             if not dimension.has(value):
-                shown = f"'{value}'"[:50]
-                return f"{name} with {dimension.name} = {shown}, which it cannot be", "values", str(index)
+                shown = printable(str(value))[:50]
+                problem = f"{name} with {dimension.name} = '{shown}', which is not one of its values"
+                return problem, "values", str(index)
             if dimension.target is Target.SEED:
                 seed = int(value)
         if row.seed != seed:

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 _OWN_PROJECT = re.compile(r'^name = "kbot"$', re.MULTILINE)
-_OF_EXTRA = re.compile(r"\s*;\s*(?:(.*)\s+and\s+)?extra\s*==\s*['\"]([^'\"]+)['\"]\s*")
+_OF_EXTRA = re.compile(r"(?:(.*) and )?extra *== *['\"]([^'\"]+)['\"]")
 """The marker of a requirement of an extra, and the other conditions before it."""
 
 
@@ -73,9 +73,10 @@ def _requirements(extra: str) -> list[str]:
     except PackageNotFoundError:
         listed = []
     for line in listed:
-        marker = _OF_EXTRA.search(line)
-        if marker is not None and marker[2] == extra:
-            found.append(line[: marker.start()] + (f"; {marker[1]}" if marker[1] else ""))
+        requirement, _, marker = line.rpartition(";")
+        match = _OF_EXTRA.fullmatch(marker.strip())
+        if match is not None and match[2] == extra:
+            found.append(requirement.rstrip() + (f"; {match[1]}" if match[1] else ""))
     if not found:
         raise ValueError(f"KBot has no extra '{extra}'")
     return found

@@ -7,6 +7,7 @@ file of any name. The name decides only if the content does not, for example in 
 from __future__ import annotations
 
 import codecs
+import os
 import re
 
 from kbot.text.files import check_regular
@@ -18,16 +19,18 @@ _BEFORE_ROOT = re.compile(
     r"\s+|<\?.*?\?>|<!--.*?-->|<!DOCTYPE(?:[^<>\[]|\[.*?\]\s*(?=>))*>", re.DOTALL | re.IGNORECASE
 )
 _ROOT = re.compile(r"<([A-Za-z_][\w:.-]*)")
-_PYTHON = re.compile(r"^(?:def +|from .*\bimport\b.*\b)?generate_launch_description\b", re.MULTILINE)
+_PYTHON = re.compile(r"^(?:def +|from +[\w.]+ +import\b.*\b)?generate_launch_description\b", re.MULTILINE)
 """A launch file in Python defines this function, or imports it."""
 _YAML = re.compile(r"(?:[ \t\r]*(?:[#%].*|---.*)?\n)*[\"']?launch[\"']?\s*:")
 """A launch file in YAML has one key at its top level."""
+MAY_BE_ROBOT = (".xacro", ".urdf", ".xml")
+MAY_BE_LAUNCH = (".launch", ".xml", ".yaml", ".yml", ".py")
+"""Endings of files that may be a robot or a launch file. A search reads no others."""
 _BY_ENDING = {
     ".xacro": ROBOT,
     ".urdf": ROBOT,
     ".launch": LAUNCH,
     **{f".launch.{ending}": LAUNCH for ending in ("xml", "yaml", "yml", "py")},
-    "package.xml": PACKAGE,
     ".sdf": WORLD,
     ".world": WORLD,
 }
@@ -44,7 +47,9 @@ def file_kind(path: str, text: str) -> str:
         found = LAUNCH if _YAML.match(text) else ""
     else:
         found = root_tag(text)
-    return found or next((kind for ending, kind in _BY_ENDING.items() if path.endswith(ending)), "")
+    if found or os.path.basename(path) == "package.xml":
+        return found or PACKAGE
+    return next((kind for ending, kind in _BY_ENDING.items() if path.endswith(ending)), "")
 
 
 def kind_of_file(path: str) -> str:

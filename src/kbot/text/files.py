@@ -347,7 +347,7 @@ def _find_below(name: str) -> list[str]:
         try:
             with os.scandir(folder or ".") as entries:
                 for entry in entries:
-                    if entry.name == name and entry.is_file():
+                    if entry.name == name and os.path.isfile(entry.path):  # no error for a link to itself
                         found.append(os.path.join(folder, name))
                     elif (
                         len(folders) < _MOST_FOLDERS

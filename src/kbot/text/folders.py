@@ -53,7 +53,8 @@ def files_below(
                     if entry.is_dir(follow_symlinks=False):
                         if entry.name not in _SKIPPED and not entry.name.startswith("."):
                             waiting.append(entry.path)
-                    elif is_wanted(entry.name) and not entry.is_dir():
+                    # entry.is_dir() would raise an error for a link to what is not readable, or to itself
+                    elif is_wanted(entry.name) and not os.path.isdir(entry.path):
                         yield str(Path(entry.path))
         except OSError:  # not readable, deleted in the meantime, or its path is too long for the system
             continue

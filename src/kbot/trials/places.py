@@ -18,7 +18,6 @@ from kbot.world import parameters
 from kbot.world.load import MAP_SUFFIXES, SDF_SUFFIXES
 from kbot.xacro import Packages
 
-ROBOT_SUFFIXES = (".xacro", ".urdf", ".xml")
 _PACKAGE = "package://"
 _LONGEST_SHOWN = 300
 """Characters of a path that an error names."""

@@ -10,13 +10,11 @@ from kbot.checks.file_kinds import kind_of
 from kbot.checks.folder_files import entry_points
 from kbot.model.load import load_robot
 from kbot.text import DescriptionError, KbotError
-from kbot.text.file_kind import ROBOT, kind_of_file
+from kbot.text.file_kind import MAY_BE_ROBOT, ROBOT, kind_of_file
 from kbot.text.folders import files_below
 from kbot.xacro import Packages
 from kbot.xacro.packages import package_around
 
-_SUFFIXES = (".xacro", ".urdf", ".xml")
-"""Endings of files that may be a robot."""
 _TRIED = 100
 """Files of a package that are loaded to find its robot."""
 _LISTED = 8
@@ -33,7 +31,7 @@ def robot_files(folder: str) -> Iterator[str]:
 
     Raises KbotError: the folder has too many files.
     """
-    files = files_below(folder, lambda name: name.endswith(_SUFFIXES))
+    files = files_below(folder, lambda name: name.endswith(MAY_BE_ROBOT))
     return (file for file in files if kind_of_file(file) == ROBOT)
 
 

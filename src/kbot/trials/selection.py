@@ -9,12 +9,13 @@ from pathlib import Path
 from kbot.model import RobotModel
 from kbot.model.load import SHIPPED_NAME
 from kbot.text import DescriptionError, KbotError
+from kbot.text.file_kind import MAY_BE_ROBOT
 from kbot.text.folders import names_in
 from kbot.text.suggest import did_you_mean, suggest_or_list
 from kbot.trials.batteries import BATTERIES, NotApplicable, battery
 from kbot.trials.errors import first_error, sentence
 from kbot.trials.formats import summary_of
-from kbot.trials.places import ROBOT_SUFFIXES, find_robot
+from kbot.trials.places import find_robot
 from kbot.trials.pool import Outcome, Pool, Task, load_once
 from kbot.trials.robot_folder import robot_files, robot_of_folder
 from kbot.trials.scenario import RobotSource, Scenario
@@ -277,7 +278,7 @@ def _python(
 def _scenario_path(word: str) -> str:
     """The path of scenario files that was typed. Raises KbotError for a robot, with what to type instead."""
     path = Path(word)
-    if word == SHIPPED_NAME or path.suffix in ROBOT_SUFFIXES or _has_only_robots(word):
+    if word == SHIPPED_NAME or path.suffix in MAY_BE_ROBOT or _has_only_robots(word):
         raise KbotError(
             f"{word} is a robot. To try it with the built-in scenarios, use kbot try {word} --battery all. "
             f"For your own scenarios, write a file such as drive.scenario.yaml with robot: {word}"

@@ -93,14 +93,14 @@ class Surfaces:
         self._high = np.full((len(self._parts), 2), np.inf)
         poses: list[Transform] = []
         around, points, pose_of = [], list[Heights](), list[int]()
-        in_body: Transform | None = None
+        last: tuple[Body, Transform] | None = None
         for index, (body, part) in enumerate(self._parts):
             own = corners(part.shape)
             if own is None:
                 continue  # it is infinite
-            if part.pose is not in_body or body is not self._parts[index - 1][0]:
+            if last is None or body is not last[0] or part.pose is not last[1]:
                 poses.append(body.pose @ part.pose)  # the pieces of a mesh have the same one
-                in_body = part.pose
+                last = body, part.pose
             around.append(index)
             points.append(own)
             pose_of.append(len(poses) - 1)

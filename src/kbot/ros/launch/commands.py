@@ -199,6 +199,9 @@ def _xacro(
 def _process(words: list[str], environment: Mapping[str, str]) -> str:
     try:
         done = children.run(words, environment=environment, seconds=_TIMEOUT_S)
+    except TimeoutError:
+        message = f"the command did not end within {_TIMEOUT_S:g} s"
+        raise LaunchError("L041", message, "", words[0]) from None
     except OSError as error:
         raise LaunchError("L041", f"the command cannot be run: {error}", "", words[0]) from None
     if done.returncode:

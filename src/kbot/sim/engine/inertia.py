@@ -133,8 +133,12 @@ def _possible(
         shapes = link.collisions or link.visuals
         return np.array([corner for shape in shapes for corner in _corners(inertial, shape)]).reshape(-1, 3)
 
-    name, origin = f"link '{link.name}'", inertial.inertia_origin
-    return possible_tensor(name, inertial.mass, matrix, corners, findings, origin, moves_alone=moves_alone)
+    def report(code: str, problem: str, instead: str, hint: str) -> None:
+        message = f"{problem}. KBot {instead}"
+        findings.warning(code, message, inertial.inertia_origin, hint, message)
+
+    name = f"link '{link.name}'"
+    return possible_tensor(name, inertial.mass, matrix, corners, report, moves_alone=moves_alone)
 
 
 def _corners(inertial: Inertial, shape: Visual | Collision) -> list[NDArray[np.float64]]:

@@ -366,7 +366,7 @@ class Articulation:
         if len(group) > 1:  # of links that are all point masses
             at_centre = Transform.from_xyz_rpy(centre, (0.0, 0.0, 0.0)).inverse()
             around = partial(corners_of, parts, at_centre)
-            t = possible_tensor(f"'{name}'", whole.mass, t, around, self.values.findings, origin)
+            t = possible_tensor(f"'{name}'", whole.mass, t, around, self.values.fault_at(origin))
         inertia = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
         return Body(
             name,

@@ -70,7 +70,7 @@ class Links:
         body_from_inertial = body_from_link @ self._values.pose(inertial.find("pose"))
         mass = self._values.number(inertial, "mass", 1.0, HEAVIEST)
         if mass <= SMALLEST:
-            message = f"<mass> must be above 0, not {mass:g} kg"
+            message = f"<mass> must be above {SMALLEST:g} kg, not {mass:g} kg"
             self._values.fault("W204", message, inertial.origin, "uses 1 kg")
             mass = 1.0
         inertia = inertial.find("inertia")
@@ -83,8 +83,7 @@ class Links:
                 mass,
                 tensor,
                 lambda: corners_of(parts, body_from_inertial.inverse()),
-                self._values.findings,
-                inertia.origin,
+                self._values.fault_at(inertia.origin),
                 moves_alone=moves_alone,
             )
         return MassProperties(mass, np.zeros(3), tensor).in_frame(body_from_inertial)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from math import inf, isfinite, radians
 
+from kbot.kinematics.inertia_repair import Report
 from kbot.kinematics.transform import Transform
 from kbot.text import DiagnosticCollector, Element, Origin
 from kbot.text.numbers import to_float
@@ -27,7 +28,9 @@ class SdfValues:
         self.findings = findings
         self.is_strict = is_strict
         self._reported: set[str] = set()
-        self._next: dict[tuple[int, str], int] = {}
+        self._next: dict[tuple[int, str], tuple[Container[str], int]] = {}
+        """The next number of a name by the identity of its container, and the container: while it is kept, no
+        other one gets its identity."""
 
     def fault(self, code: str, message: str, origin: Origin, otherwise: str, hint: str = "") -> None:
         """Report a fault. `otherwise` is what KBot does instead: "uses 1 kg", "leaves the joint out"."""
@@ -36,6 +39,10 @@ class SdfValues:
         else:
             stop = "" if not hint else " " if hint.endswith("?") else ". "
             self.findings.warning(code, message, origin, f"{hint}{stop}KBot {otherwise}", message)
+
+    def fault_at(self, origin: Origin) -> Report:
+        """A function that reports repairs of an inertia tensor at this place."""
+        return lambda code, problem, instead, hint: self.fault(code, problem, origin, instead, hint)
 
     def numbers(
         self, element: Element, count: int, most: float = inf, otherwise: str = "ignores the value"
@@ -130,10 +137,11 @@ class SdfValues:
         if name and name not in taken:
             return name
         key, stem = (id(taken), name), name or "unnamed"
-        number = self._next.get(key, 2 if name else 1)  # of thousands, not each must try all numbers
+        # of thousands, not each must try all numbers
+        _, number = self._next.get(key, (taken, 2 if name else 1))
         while (free := f"{stem}_{number}") in taken:
             number += 1
-        self._next[key] = number + 1
+        self._next[key] = (taken, number + 1)
         message = f"duplicate name '{name}'" if name else f"<{element.tag}> has no name"
         self.fault("W208" if name else "W205", message, element.origin, f"calls it '{free}'")
         return free

@@ -28,7 +28,7 @@ from kbot.cli.ros.peer_flags import peer_options
 from kbot.cli.run_outputs import record_options, run_outputs
 from kbot.model.load import SHIPPED_NAME, SHIPPED_PACKAGE, load_robot
 from kbot.text import KbotError, Severity
-from kbot.text.file_kind import LAUNCH, kind_of_file
+from kbot.text.file_kind import LAUNCH, MAY_BE_LAUNCH, kind_of_file
 from kbot.text.folders import files_below
 from kbot.text.suggest import did_you_mean
 from kbot.xacro import PackageNotFound, Packages
@@ -45,8 +45,6 @@ _NEEDS_SIMULATION = "needs a launch file that simulates a robot"
 
 _NAMED = 10
 """Launch files of a folder that an error lists."""
-_LAUNCH_SUFFIXES = (".launch", ".xml", ".yaml", ".yml", ".py")
-"""Endings of files that may be a launch file."""
 
 
 @click.command(
@@ -297,5 +295,5 @@ def _launch_files(folder: Path) -> list[str]:
 
 
 def _launch_paths(folder: Path) -> list[str]:
-    files = files_below(folder, lambda name: name.endswith(_LAUNCH_SUFFIXES))
+    files = files_below(folder, lambda name: name.endswith(MAY_BE_LAUNCH))
     return sorted(file for file in files if kind_of_file(file) == LAUNCH)
