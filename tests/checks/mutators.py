@@ -35,9 +35,9 @@ def _m(name: str, code: str, *edits: Edit) -> Mutator:
     return Mutator(name, code, edits)
 
 
-def _unused_separation(right: float) -> str:
-    """A property that nothing reads: 1.5 times the right separation, which no convention of it explains."""
-    return f'{MARK}<xacro:property name="wheel_separation" value="{1.5 * right:g}"/>\n  '
+def _unused(name: str, right: float) -> str:
+    """A property that nothing reads: 1.5 times the right size, which no tolerance or convention explains."""
+    return f'{MARK}<xacro:property name="{name}" value="{1.5 * right:g}"/>\n  '
 
 
 LEFT = r'(<link name="left_wheel">.*?)'
@@ -346,15 +346,15 @@ DRIVE = (
         "D105",
         (
             r"(<xacro:arg )(.*?<(?:wheelSeparation|wheel_separation)>)([\d.]+)",
-            lambda found: _unused_separation(float(found[3])) + found[0],
+            lambda found: _unused("wheel_separation", float(found[3])) + found[0],
         ),
     ),
     _m(
         "radius property",
         "D106",
-        (  # with one more digit
+        (
             r"(<xacro:arg )(.*?<cylinder radius=\")([\d.]+)",
-            r'§<xacro:property name="wheel_radius" value="\g<3>5"/>\n  \1\2\3',
+            lambda found: _unused("wheel_radius", float(found[3])) + found[0],
         ),
     ),
     _m("plugin diameter", "D106", (r"<wheelDiameter>[^<]*", r"§<wheelDiameter>0.1")),

@@ -192,7 +192,10 @@ def test_gps_uses_the_georeference_of_the_world(robot, tmp_path, heading, east, 
     assert own.measure().latitude == pytest.approx(1.0, abs=1e-3)
 
 
-def test_invalid_latitude_is_rejected(tmp_path):
+def test_invalid_latitude_is_reported_and_the_georeference_ignored(tmp_path):
     (tmp_path / "w.sdf").write_text(SDF.format(heading=0).replace("47.4", "97.4"))
-    with pytest.raises(KbotError, match=r"longitude from -180 to 180 degrees, not 97\.4"):
-        load_world(tmp_path / "w.sdf")
+    world = load_world(tmp_path / "w.sdf")
+    assert world.georeference is None
+    (finding,) = world.diagnostics
+    assert (finding.code, finding.severity) == ("W204", "warning")
+    assert "longitude from -180 to 180 degrees, not 97.4" in finding.message

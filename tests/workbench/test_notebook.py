@@ -2,6 +2,7 @@
 browser."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -131,8 +132,9 @@ def test_the_findings_equal_those_of_the_check(faulty: Path, tmp_path: Path, pag
     assert findings(tmp_path / "run.html", pages) == reported
 
 
-def test_an_unchecked_robot_has_no_findings_panel(faulty: Path, tmp_path: Path, pages: Pages) -> None:
-    kbot.Simulation(str(faulty)).show().save(tmp_path / "run.html")
+def test_a_robot_without_a_file_has_no_findings_panel(faulty: Path, tmp_path: Path, pages: Pages) -> None:
+    model = replace(kbot.load(faulty), loaded=None)
+    kbot.Simulation(model).show().save(tmp_path / "run.html")
     assert findings(tmp_path / "run.html", pages) is None
 
 

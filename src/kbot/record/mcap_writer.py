@@ -169,8 +169,8 @@ class McapWriter:
         self.abandon()
 
     def abandon(self) -> None:
-        self._file.close()
         self._chunk_index.close()
+        self._file.close()
 
     def _new_channel(self, packet: Recordable) -> Channel:
         topic, type_name = packet.topic, packet.type_name

@@ -78,8 +78,8 @@ class _Bag(Writer):
     def abandon(self) -> None:
         """Close the file without an index."""
         if self.bio is not None:
-            self.bio.close()
             self._chunk_infos.close()
+            self.bio.close()  # last: it fails if the disk is full
 
 
 class Ros1Writer:
