@@ -57,3 +57,25 @@ def test_other_verbs_run_none_of_the_files(
 ) -> None:
     run_kbot(*words, cwd=folder)
     assert ran(folder) == set()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links to programs need a privilege there")
+def test_a_search_for_modules_runs_no_file_of_the_working_directory(
+    folder: Path, run_kbot: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A Python that is started without a file imports from the working directory first."""
+    (folder / "python3").symlink_to(sys.executable)
+    monkeypatch.setenv("PATH", str(folder), prepend=":")
+    for name in ("warnings.py", "contextlib.py", "types.py"):
+        (folder / name).write_text(f"open({str(folder / name)!r} + '.ran', 'w')\n")  # imports nothing
+    (folder / "package.xml").write_text(
+        "<package format='3'><name>p</name><version>0.1.0</version></package>"
+    )
+    (folder / "node").write_text("#!/usr/bin/env python3\nimport rclpy, missing_module\n")
+    (folder / "node").chmod(0o755)
+    (folder / "a.launch.xml").write_text(
+        "<launch><node pkg='p' exec='node' name='n'><param from='missing.yaml'/></node></launch>"
+    )
+    ended = run_kbot("check", "a.launch.xml", cwd=folder)
+    assert "L059" in ended.out + ended.err  # it has searched for the node's modules
+    assert ran(folder) == set()

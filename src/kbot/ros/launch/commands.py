@@ -103,7 +103,7 @@ def _variables(wrapper: list[str], allowed: bool, environment: Mapping[str, str]
     if name == "env_run" and len(wrapper) == 2:
         return dict(_assignments(wrapper[1]))
     _require(allowed, name, wrapper[0])
-    printed = _process([*wrapper, sys.executable, "-c", _PRINT_ENVIRONMENT], environment)
+    printed = _process([*wrapper, sys.executable, "-P", "-c", _PRINT_ENVIRONMENT], environment)
     try:
         found: dict[str, str] = json.loads(printed)
     except ValueError:

@@ -133,8 +133,10 @@ def _lacking(python: str, modules: frozenset[str]) -> frozenset[str]:
     if python == sys.executable:
         return frozenset(name for name in modules if not _is_here(name))
     code = "import sys, importlib.util as u; print(*(m for m in sys.argv[1:] if u.find_spec(m) is None))"
+    # Python imports from its working directory first, and that may have a stranger's warnings.py
+    root = Path(sys.executable).anchor
     try:
-        done = children.run([python, "-c", code, *sorted(modules)], seconds=_QUERY_TIMEOUT_S)
+        done = children.run([python, "-c", code, *sorted(modules)], folder=root, seconds=_QUERY_TIMEOUT_S)
     except OSError:
         return modules
     return modules if done.returncode else frozenset(done.stdout.decode().split())
