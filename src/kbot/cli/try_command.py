@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from kbot.trials.selection import Selection
 
 PASSED, FAILED, UNUSABLE, INTERRUPTED = 0, 1, 2, 130
+_NOT_RUN = "KBot was interrupted before this trial ended"
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,12 +210,12 @@ def _try(
                 return UNUSABLE
             report_unwritten(*reports.paths)
             return INTERRUPTED
-        done = _run(pool, selection.tasks, running, with_film=reports.html is not None)
+        done, left = _run(pool, selection.tasks, running, with_film=reports.html is not None)
     nothing_ran = all(task.error for task in selection.tasks)
     if nothing_ran and not selection.errors:
         for error in selection.robot_errors or _reasons(selection.tasks):
             report_error(error)
-    is_written = _report(done, reports, begun, time.monotonic() - clock, with_table=not nothing_ran)
+    is_written = _report(done, left, reports, begun, time.monotonic() - clock, with_table=not nothing_ran)
     if pool.interrupted:
         return INTERRUPTED
     if selection.errors or nothing_ran or not is_written:
@@ -239,9 +240,9 @@ def _select(pool: Pool, paths: Sequence[str], values: dict[str, str], choice: _C
 
 def _run(
     pool: Pool, tasks: Sequence[Task], running: _Running, *, with_film: bool
-) -> list[tuple[Task, TrialResult]]:
-    """Run the trials, and the failed ones again with a recording. Returns those that are done, which after
-    Ctrl-C are not all.
+) -> tuple[list[tuple[Task, TrialResult]], list[Task]]:
+    """Run the trials, and the failed ones again with a recording. Returns those that are done, and those that
+    did not run, because of Ctrl-C.
 
     `with_film` keeps what a web page shows: the traces, and films of the failed trials.
     """
@@ -252,8 +253,9 @@ def _run(
     with counting("running trials", len(tasks)) as advance:
         results = run_tasks(pool, tasks, lambda index, result: advance(), running.limit_time)
     done = [(task, result) for task, result in zip(tasks, results, strict=True) if result is not None]
+    left = [task for task, result in zip(tasks, results, strict=True) if result is None]
     if pool.interrupted or not done:
-        return done
+        return done, left
     ran, found = [task for task, _ in done], [result for _, result in done]
     folder = None if running.keep is None else Path(running.keep)
     with counting("recording failed trials", sum(not result.passed for result in found)) as advance:
@@ -271,32 +273,38 @@ def _run(
             print_note(f"failed trials are not recorded: {error.filename}: {error.strerror}")
         except KeyboardInterrupt:  # between two of them
             pool.interrupted = True
-    return list(zip(ran, found, strict=True))
+    return list(zip(ran, found, strict=True)), left
 
 
 def _report(
     done: Sequence[tuple[Task, TrialResult]],
+    left: Sequence[Task],
     reports: _Reports,
     begun: datetime,
     seconds: float,
     *,
     with_table: bool,
 ) -> bool:
-    """Print the results and write the files. Returns whether all files could be written."""
+    """Print the results and write the files. Returns whether all files could be written.
+
+    In the files, a trial in `left`, which did not run, has failed: a part of a run must not look like all.
+    """
     from kbot.trials.reports.grades import grades
     from kbot.trials.reports.html import write_html
     from kbot.trials.reports.junit import junit
     from kbot.trials.reports.table import summary, table
-    from kbot.trials.results import to_json
+    from kbot.trials.results import TrialResult, to_json
 
-    names_robots = len({task.robot for task, _ in done}) > 1
+    missed = [(task, TrialResult(task.scenario.name, task.seed, error=_NOT_RUN)) for task in left]
+    pairs = [*done, *missed]
+    names_robots = len({task.robot for task, _ in pairs}) > 1
     results = [
         replace(result, name=f"{task.robot}: {result.name}") if names_robots else result
-        for task, result in done
+        for task, result in pairs
     ]
     outputs: tuple[tuple[str | None, Callable[[str], object]], ...] = (
         (reports.junit, lambda path: write_text(path, junit(results, begun))),
-        (reports.csv, lambda path: write_text(path, grades((task.robot, result) for task, result in done))),
+        (reports.csv, lambda path: write_text(path, grades((task.robot, result) for task, result in pairs))),
         (reports.html, lambda path: write_html(path, results)),
     )
     is_written = True
@@ -311,7 +319,8 @@ def _report(
         print_json(to_json(results))
     elif with_table:
         color = has_color(sys.stdout)
-        click.echo(table(results, color=color) + summary(results, seconds, color=color))
+        shown = results[: len(done)]
+        click.echo(table(shown, color=color) + summary(shown, seconds, not_run=len(left), color=color))
     return is_written
 
 

@@ -24,13 +24,15 @@ def table(results: Sequence[TrialResult], *, color: bool = False) -> str:
     )
 
 
-def summary(results: Sequence[TrialResult], seconds: float, *, color: bool = False) -> str:
-    """The last line: `12 passed, 1 failed in 8.2 s`."""
+def summary(results: Sequence[TrialResult], seconds: float, *, not_run: int = 0, color: bool = False) -> str:
+    """The last line: `12 passed, 1 failed in 8.2 s`. `not_run`: trials before which KBot was interrupted."""
     passed = sum(result.passed for result in results)
     failed = len(results) - passed
     parts = [f"{passed} passed"] if passed or not failed else []
     parts += [f"{failed} failed"] if failed else []
-    return _paint(f"{', '.join(parts)} in {seconds:.1f} s", _RED if failed else _GREEN, color)
+    parts += [f"interrupted before {not_run} of {len(results) + not_run} trials"] if not_run else []
+    tone = _RED if failed or not_run else _GREEN
+    return _paint(f"{', '.join(parts)} in {seconds:.1f} s", tone, color)
 
 
 class _Row:
