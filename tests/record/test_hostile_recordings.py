@@ -6,6 +6,7 @@ import re
 import struct
 import time
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,12 @@ import pytest
 from mcap.writer import Writer
 
 from kbot.record import Recording
+from kbot.record import mcap_file as reader
 from kbot.record.copy import copy_recording
 from kbot.record.export import MessageTable
 from kbot.record.index import open_index
-from kbot.record.limits import LARGEST_PIECE, Allowance, RecordingTooLarge, inflate
+from kbot.record.limits import LARGEST_PIECE, Allowance, Damaged, RecordingTooLarge, inflate
+from kbot.record.mcap_records import Channel, ChunkIndex, Footer, Metadata, MetadataIndex, Opcode
 from kbot.record.mcap_writer import McapWriter
 from kbot.text import KbotError
 from kbot.text.files import SCRATCH_SECONDS
@@ -575,3 +578,132 @@ def test_killed_copy_leaves_no_half_recording(tmp_path: Path, monkeypatch: pytes
     (out / "b.mcap").unlink()
     copy_recording(str(source), str(out / "b.mcap"))
     assert [path.name for path in out.iterdir()] == ["b.mcap"]
+
+
+EMPTY_PAIR = bytes(8)
+"""A key and a value without characters."""
+
+
+def channel_with(pairs: int) -> bytes:
+    """The content of a channel whose metadata has empty pairs."""
+    metadata = struct.pack("<I", pairs * len(EMPTY_PAIR)) + EMPTY_PAIR * pairs
+    return struct.pack("<HH", 1, 0) + mcap_text("/a") + mcap_text("cdr") + metadata
+
+
+def indexed(path: Path, *records: bytes, index: Callable[[int], bytes]) -> Path:
+    """Write records with a summary. `index` returns it for the offset of the first record."""
+    mcap_file(path, *records)
+    data, footer = path.read_bytes(), len(Footer(0, 0, 0).encoded()) + 8
+    begin = len(data) - footer - sum(map(len, records))
+    end = Footer(len(data) - footer, 0, 0).encoded() + data[-8:]
+    path.write_bytes(data[:-footer] + index(begin) + end)
+    return path
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, name: str) -> list[object]:
+    """Collect the arguments of each call of a function of the MCAP reader."""
+    calls: list[object] = []
+    called = getattr(reader, name)
+    monkeypatch.setattr(reader, name, lambda *given: calls.append(given) or called(*given))
+    return calls
+
+
+def test_map_with_more_entries_than_channels_is_damaged() -> None:
+    """The number of a channel has 16 bits."""
+    assert Channel.read(channel_with(1 << 16)).metadata == {"": ""}
+    with pytest.raises(ValueError, match="a map has more than 65,536 entries"):
+        Channel.read(channel_with((1 << 16) + 1))
+
+
+def test_many_large_maps_are_refused_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a limit, a chunk of 20 kB takes 40 s: it can hold 22 million pairs."""
+    monkeypatch.setattr("kbot.record.limits._FREE", 1 << 24)
+    data = mcap_record(4, channel_with(1000)) * 200
+    path = mcap_file(tmp_path / "a.mcap", mcap_chunk(PACK["zstd"](data), "zstd", len(data)))
+    refused("a.mcap: it decompresses to too much data", lambda: Recording(str(path)).summary())
+
+
+@pytest.mark.parametrize("offset", [0, 9, 18, 9000, 1 << 63, (1 << 64) - 1])
+def test_offset_of_another_record_is_not_searched_from(offset: int) -> None:
+    class Counting(BytesIO):
+        reads = 0
+
+        def read(self, size: int | None = -1, /) -> bytes:
+            self.reads += 1
+            return super().read(size)
+
+    stream = Counting(mcap_record(0x80, b"") * 1000 + Metadata("a", {}).encoded())
+    if offset == 9000:
+        assert reader.record_at(stream, offset, Opcode.METADATA) == Metadata("a", {})
+        return
+    with pytest.raises(Damaged, match=f"there is no metadata at byte {offset:,}"):
+        reader.record_at(stream, offset, Opcode.METADATA)
+    assert stream.reads <= 1
+
+
+@pytest.mark.parametrize("is_broken", [False, True])
+def test_metadata_that_the_index_repeats_is_read_once(
+    is_broken: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note, chunk = Metadata("a", {"b": "c"}).encoded(), mcap_chunk(b"", "", 5 if is_broken else 0)
+
+    def index(at: int) -> bytes:
+        chunk_index = ChunkIndex(0, 0, at, len(chunk), {}, 0, "", 0, 0).encoded()
+        return chunk_index + MetadataIndex(at + len(chunk), len(note), "a").encoded() * 500
+
+    path = indexed(tmp_path / "a.mcap", chunk, note, index=index)
+    calls = counted(monkeypatch, "record_at")
+    assert open_index(str(path)).notes == {"a": {"b": "c"}}
+    assert Recording(str(path)).summary().notes == {"a": {"b": "c"}}
+    assert len(calls) < 10
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_damaged_chunks_are_charged(
+    compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of them decompresses to one byte more than it states."""
+    monkeypatch.setattr("kbot.record.limits._FREE", 1 << 24)
+    monkeypatch.setattr("kbot.record.limits._RATIO", 0)
+    size = 1 << 20
+    chunk = mcap_chunk(zeros(compression, size), compression, size - 1)
+
+    def index(at: int) -> bytes:
+        places = range(at, at + 40 * len(chunk), len(chunk))
+        return b"".join(
+            ChunkIndex(0, 0, place, len(chunk), {}, 0, compression, 0, size).encoded() for place in places
+        )
+
+    path = indexed(tmp_path / "a.mcap", *[chunk] * 40, index=index)
+    words = "a.mcap: it decompresses to too much data"
+    refused(words, lambda: Recording(str(path)).summary())
+    refused(words, lambda: open_index(str(path)).damage(0))
+
+
+def test_damaged_chunks_are_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """30 damaged chunks, more than the reader keeps in memory, and one that can be read."""
+    chunk, good = mcap_chunk(bytes(9), "", 8), mcap_chunk(b"", "", 0)
+
+    def index(at: int) -> bytes:
+        return b"".join(
+            ChunkIndex(n, n, at + n * len(chunk), len(chunk), {}, 0, "", 0, 0).encoded() for n in range(31)
+        )
+
+    calls = counted(monkeypatch, "inflate")
+    opened = open_index(str(indexed(tmp_path / "a.mcap", *[chunk] * 30, good, index=index)))
+    for time_of_damage in (0, 15, 29, 0):
+        assert opened.damage(time_of_damage) == (0, 30)
+    assert opened.newest("/a", 30) is None
+    assert len(calls) <= 31 + 2 * 4  # once each, and the good one again when the cache has dropped it
+
+
+@pytest.mark.parametrize("compression", ["bz2", "none"])
+def test_compression_that_mcap_does_not_have_is_not_read(
+    compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """https://mcap.dev/spec/registry lists zstd and lz4. Bags of ROS 1 have bz2 and none."""
+    calls = counted(monkeypatch, "inflate")
+    data = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + WORD)
+    path = mcap_file(tmp_path / "a.mcap", mcap_chunk(PACK[compression](data), compression, len(data)))
+    assert Recording(str(path)).summary().broken
+    assert calls == []
