@@ -13,9 +13,11 @@ from typing import Any
 import pytest
 from mcap.writer import Writer
 
+from kbot.messages import TFMessage, Transform, TransformStamped, Vector3
 from kbot.record import Recording
 from kbot.record import mcap_file as reader
 from kbot.record.copy import copy_recording
+from kbot.record.encodings.serialization import encode_cdr
 from kbot.record.export import MessageTable
 from kbot.record.index import open_index
 from kbot.record.limits import LARGEST_PIECE, Allowance, Damaged, RecordingTooLarge, inflate
@@ -23,6 +25,8 @@ from kbot.record.mcap_records import Channel, ChunkIndex, Footer, Metadata, Meta
 from kbot.record.mcap_writer import McapWriter
 from kbot.text import KbotError
 from kbot.text.files import SCRATCH_SECONDS
+from kbot.workbench.playback import recorded_run
+from kbot.workbench.playback.recorded_run import RecordedRun
 
 from .hostile import (
     BOMB,
@@ -707,3 +711,35 @@ def test_compression_that_mcap_does_not_have_is_not_read(
     path = mcap_file(tmp_path / "a.mcap", mcap_chunk(PACK[compression](data), compression, len(data)))
     assert Recording(str(path)).summary().broken
     assert calls == []
+
+
+def test_large_frames_are_not_read_to_open_a_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four messages just below the limit of values take 20 s."""
+    stamped = TransformStamped(child_frame_id="wheel", transform=Transform(Vector3(1.0, 0.0, 0.0)))
+    data = encode_cdr(TFMessage((stamped,) * 20))
+    path = mcap_of(tmp_path / "a.mcap", {"tf2_msgs/msg/TFMessage": ""}, data=data)
+    opened = RecordedRun(str(path))
+    assert [len(entry.data) for entry in opened.samples()] == [len(data)]
+    monkeypatch.setattr(recorded_run, "MOST_SAMPLED_BYTES", len(data) - 1)
+    assert list(opened.samples()) == []
+    assert '<link name="base_link"/>' in Path(RecordedRun(str(path)).description).read_text()
+
+
+def test_frame_of_the_base_ends_the_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    data = encode_cdr(TFMessage((TransformStamped(child_frame_id="a/base_footprint"),)))
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "test")
+        kind = writer.register_schema("tf2_msgs/msg/TFMessage", "ros2msg", b"")
+        channel = writer.register_channel("/tf", "cdr", kind)
+        for at in range(50):
+            writer.add_message(channel, at, data, at)
+        writer.finish()
+    read: list[object] = []
+    decode = recorded_run.decode_cdr
+    monkeypatch.setattr(recorded_run, "decode_cdr", lambda *given: read.append(given) or decode(*given))
+    assert 'name="a/base_footprint"' in Path(RecordedRun(str(path)).description).read_text()
+    assert len(read) == 2  # for the frame, and for the clock of the stamps
