@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from mcap.writer import Writer
 
+from kbot.cli.bag.command import bag_text
 from kbot.messages import TFMessage, Transform, TransformStamped, Vector3
 from kbot.record import Recording
 from kbot.record import mcap_file as reader
@@ -743,3 +744,18 @@ def test_frame_of_the_base_ends_the_search(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(recorded_run, "decode_cdr", lambda *given: read.append(given) or decode(*given))
     assert 'name="a/base_footprint"' in Path(RecordedRun(str(path)).description).read_text()
     assert len(read) == 2  # for the frame, and for the clock of the stamps
+
+
+def test_names_cannot_control_the_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    evil = "a\x1b[2J\x9b\n\u202eb"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "test")
+        kind = writer.register_schema(evil, "ros2msg", b"string data")
+        writer.add_message(writer.register_channel("/" + evil, "cdr", kind), 1, WORD, 1)
+        writer.add_metadata(evil, {evil: evil})
+        writer.finish()
+    lines = bag_text(str(path), Recording(str(path)).summary()).split("\n")
+    assert all(line.isprintable() for line in lines)
+    assert any(r"/a\x1b[2J\x9b \u202eb" in line for line in lines)
