@@ -125,7 +125,8 @@ class _Pairs:
         self._first, self._second = first, second
 
     def read(self, cursor: _Cursor) -> list[tuple[Any, Any]]:
-        part, found = _Cursor(BYTES.read(cursor)), []
+        part = _Cursor(BYTES.read(cursor))
+        found: list[tuple[Any, Any]] = []
         while not part.is_at_end:
             if len(found) == _MOST_PAIRS:
                 raise ValueError(f"a map has more than {_MOST_PAIRS:,} entries")
