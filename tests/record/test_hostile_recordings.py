@@ -723,8 +723,12 @@ def test_large_frames_are_not_read_to_open_a_recording(
     path = mcap_of(tmp_path / "a.mcap", {"tf2_msgs/msg/TFMessage": ""}, data=data)
     opened = RecordedRun(str(path))
     assert [len(entry.data) for entry in opened.samples()] == [len(data)]
+    (entry,) = opened.samples()
+    assert isinstance(opened.read(entry), TFMessage)
     monkeypatch.setattr(recorded_run, "MOST_SAMPLED_BYTES", len(data) - 1)
     assert list(opened.samples()) == []
+    assert opened.read(entry) is None
+    monkeypatch.setattr(recorded_run, "decode_cdr", None)  # nothing is decoded
     assert '<link name="base_link"/>' in Path(RecordedRun(str(path)).description).read_text()
 
 

@@ -121,7 +121,8 @@ def _places(run: RecordedRun, robot: RobotModel) -> Iterator[list[PathPoint]]:
                 if now < due:
                     continue
                 due = now + every
-                truth = _truth(message, robot.root) if entry.topic == POSES_TOPIC else None
+                is_truth = entry.topic == POSES_TOPIC and isinstance(message, TFMessage)
+                truth = _truth(message, robot.root) if is_truth else None
                 x, y, _ = world_from_root(run, robot, recorded, truth).translation
                 # an action at the same time as a point may have happened before or after it
                 found.append(PathPoint(now, _stamp(message), (float(x), float(y)), speed, put >= last))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import weakref
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import fields
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any
@@ -194,9 +195,12 @@ class RecordedRun:
         return (nanoseconds + self.stamp_offset) * 1e-9
 
     def read(self, entry: RecordedMessage) -> Any:  # noqa: ANN401 - a message of the topic's type
-        """Return the message, or None for a type that KBot does not have. Raises KbotError if the bytes are
-        invalid."""
+        """Return the message, or None for a type that KBot does not have, and for a message about movement
+        with more than MOST_SAMPLED_BYTES. Raises KbotError if the bytes are invalid."""
         kind = self.topics.get(entry.topic)
+        is_frequent = kind in (TFMessage, JointState) and entry.topic != TF_STATIC  # that has its own limit
+        if is_frequent and len(entry.data) > MOST_SAMPLED_BYTES:
+            return None
         return None if kind is None else decode_cdr(entry.cdr, kind)
 
     def samples(self) -> Iterator[RecordedMessage]:
@@ -251,7 +255,11 @@ class RecordedRun:
         return f'<robot name="frames"><link name="{escaped(frame or BASES[-1])}"/></robot>'
 
     def _frame_of_sensor(self) -> str:
-        entries = self.index.between(list(self.topics), self.index.start - 1, self.index.end)
+        # messages without a header are not decoded: a list of transforms takes long
+        topics = [
+            name for name, kind in self.topics.items() if "header" in {field.name for field in fields(kind)}
+        ]
+        entries = self.index.between(topics, self.index.start - 1, self.index.end)
         headers = (getattr(self.read(entry), "header", None) for entry in islice(entries, MOST_SEARCHED))
         return next((plain(header.frame_id) for header in headers if header and header.frame_id), "")
 
