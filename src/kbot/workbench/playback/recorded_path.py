@@ -118,11 +118,10 @@ def _places(run: RecordedRun, robot: RobotModel) -> Iterator[list[PathPoint]]:
             elif now >= due or entry.topic != POSES_TOPIC:
                 message = run.read(entry)
                 recorded.receive(message)
-                if now < due:
+                if now < due or message is None:
                     continue
                 due = now + every
-                is_truth = entry.topic == POSES_TOPIC and isinstance(message, TFMessage)
-                truth = _truth(message, robot.root) if is_truth else None
+                truth = _truth(message, robot.root) if entry.topic == POSES_TOPIC else None
                 x, y, _ = world_from_root(run, robot, recorded, truth).translation
                 # an action at the same time as a point may have happened before or after it
                 found.append(PathPoint(now, _stamp(message), (float(x), float(y)), speed, put >= last))
