@@ -6,20 +6,28 @@ import re
 import struct
 import time
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 from mcap.writer import Writer
 
+from kbot.cli.bag.command import bag_text
+from kbot.messages import TFMessage, Transform, TransformStamped, Vector3
 from kbot.record import Recording
+from kbot.record import mcap_file as reader
 from kbot.record.copy import copy_recording
+from kbot.record.encodings.serialization import encode_cdr
 from kbot.record.export import MessageTable
 from kbot.record.index import open_index
-from kbot.record.limits import LARGEST_PIECE, Allowance, RecordingTooLarge, inflate
+from kbot.record.limits import LARGEST_PIECE, Allowance, Damaged, RecordingTooLarge, inflate
+from kbot.record.mcap_records import Channel, ChunkIndex, Footer, Metadata, MetadataIndex, Opcode
 from kbot.record.mcap_writer import McapWriter
 from kbot.text import KbotError
 from kbot.text.files import SCRATCH_SECONDS
+from kbot.workbench.playback import recorded_run
+from kbot.workbench.playback.recorded_run import RecordedRun
 
 from .hostile import (
     BOMB,
@@ -575,3 +583,183 @@ def test_killed_copy_leaves_no_half_recording(tmp_path: Path, monkeypatch: pytes
     (out / "b.mcap").unlink()
     copy_recording(str(source), str(out / "b.mcap"))
     assert [path.name for path in out.iterdir()] == ["b.mcap"]
+
+
+EMPTY_PAIR = bytes(8)
+"""A key and a value without characters."""
+
+
+def channel_with(pairs: int) -> bytes:
+    """The content of a channel whose metadata has empty pairs."""
+    metadata = struct.pack("<I", pairs * len(EMPTY_PAIR)) + EMPTY_PAIR * pairs
+    return struct.pack("<HH", 1, 0) + mcap_text("/a") + mcap_text("cdr") + metadata
+
+
+def indexed(path: Path, *records: bytes, index: Callable[[int], bytes]) -> Path:
+    """Write records with a summary. `index` returns it for the offset of the first record."""
+    mcap_file(path, *records)
+    data, footer = path.read_bytes(), len(Footer(0, 0, 0).encoded()) + 8
+    begin = len(data) - footer - sum(map(len, records))
+    end = Footer(len(data) - footer, 0, 0).encoded() + data[-8:]
+    path.write_bytes(data[:-footer] + index(begin) + end)
+    return path
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, name: str) -> list[object]:
+    """Collect the arguments of each call of a function of the MCAP reader."""
+    calls: list[object] = []
+    called = getattr(reader, name)
+    monkeypatch.setattr(reader, name, lambda *given: calls.append(given) or called(*given))
+    return calls
+
+
+def test_map_with_more_entries_than_channels_is_damaged() -> None:
+    """The number of a channel has 16 bits."""
+    assert Channel.read(channel_with(1 << 16)).metadata == {"": ""}
+    with pytest.raises(ValueError, match="a map has more than 65,536 entries"):
+        Channel.read(channel_with((1 << 16) + 1))
+
+
+def test_many_large_maps_are_refused_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a limit, a chunk of 20 kB takes 40 s: it can hold 22 million pairs."""
+    monkeypatch.setattr("kbot.record.limits._FREE", 1 << 24)
+    data = mcap_record(4, channel_with(1000)) * 200
+    path = mcap_file(tmp_path / "a.mcap", mcap_chunk(PACK["zstd"](data), "zstd", len(data)))
+    refused("a.mcap: it decompresses to too much data", lambda: Recording(str(path)).summary())
+
+
+@pytest.mark.parametrize("offset", [0, 9, 18, 9000, 1 << 63, (1 << 64) - 1])
+def test_offset_of_another_record_is_not_searched_from(offset: int) -> None:
+    class Counting(BytesIO):
+        reads = 0
+
+        def read(self, size: int | None = -1, /) -> bytes:
+            self.reads += 1
+            return super().read(size)
+
+    stream = Counting(mcap_record(0x80, b"") * 1000 + Metadata("a", {}).encoded())
+    if offset == 9000:
+        assert reader.record_at(stream, offset, Opcode.METADATA) == Metadata("a", {})
+        return
+    with pytest.raises(Damaged, match=f"there is no metadata at byte {offset:,}"):
+        reader.record_at(stream, offset, Opcode.METADATA)
+    assert stream.reads <= 1
+
+
+@pytest.mark.parametrize("is_broken", [False, True])
+def test_metadata_that_the_index_repeats_is_read_once(
+    is_broken: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    note, chunk = Metadata("a", {"b": "c"}).encoded(), mcap_chunk(b"", "", 5 if is_broken else 0)
+
+    def index(at: int) -> bytes:
+        chunk_index = ChunkIndex(0, 0, at, len(chunk), {}, 0, "", 0, 0).encoded()
+        return chunk_index + MetadataIndex(at + len(chunk), len(note), "a").encoded() * 500
+
+    path = indexed(tmp_path / "a.mcap", chunk, note, index=index)
+    calls = counted(monkeypatch, "record_at")
+    assert open_index(str(path)).notes == {"a": {"b": "c"}}
+    assert Recording(str(path)).summary().notes == {"a": {"b": "c"}}
+    assert len(calls) < 10
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_damaged_chunks_are_charged(
+    compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of them decompresses to one byte more than it states."""
+    monkeypatch.setattr("kbot.record.limits._FREE", 1 << 24)
+    monkeypatch.setattr("kbot.record.limits._RATIO", 0)
+    size = 1 << 20
+    chunk = mcap_chunk(zeros(compression, size), compression, size - 1)
+
+    def index(at: int) -> bytes:
+        places = range(at, at + 40 * len(chunk), len(chunk))
+        return b"".join(
+            ChunkIndex(0, 0, place, len(chunk), {}, 0, compression, 0, size).encoded() for place in places
+        )
+
+    path = indexed(tmp_path / "a.mcap", *[chunk] * 40, index=index)
+    words = "a.mcap: it decompresses to too much data"
+    refused(words, lambda: Recording(str(path)).summary())
+    refused(words, lambda: open_index(str(path)).damage(0))
+
+
+def test_damaged_chunks_are_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """30 damaged chunks, more than the reader keeps in memory, and one that can be read."""
+    chunk, good = mcap_chunk(bytes(9), "", 8), mcap_chunk(b"", "", 0)
+
+    def index(at: int) -> bytes:
+        return b"".join(
+            ChunkIndex(n, n, at + n * len(chunk), len(chunk), {}, 0, "", 0, 0).encoded() for n in range(31)
+        )
+
+    calls = counted(monkeypatch, "inflate")
+    opened = open_index(str(indexed(tmp_path / "a.mcap", *[chunk] * 30, good, index=index)))
+    for time_of_damage in (0, 15, 29, 0):
+        assert opened.damage(time_of_damage) == (0, 30)
+    assert opened.newest("/a", 30) is None
+    assert len(calls) <= 31 + 2 * 4  # once each, and the good one again when the cache has dropped it
+
+
+@pytest.mark.parametrize("compression", ["bz2", "none"])
+def test_compression_that_mcap_does_not_have_is_not_read(
+    compression: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """https://mcap.dev/spec/registry lists zstd and lz4. Bags of ROS 1 have bz2 and none."""
+    calls = counted(monkeypatch, "inflate")
+    data = mcap_record(5, struct.pack("<HIQQ", 1, 0, 1, 1) + WORD)
+    path = mcap_file(tmp_path / "a.mcap", mcap_chunk(PACK[compression](data), compression, len(data)))
+    assert Recording(str(path)).summary().broken
+    assert calls == []
+
+
+def test_large_frames_are_not_read_to_open_a_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four messages just below the limit of values take 20 s."""
+    stamped = TransformStamped(child_frame_id="wheel", transform=Transform(Vector3(1.0, 0.0, 0.0)))
+    data = encode_cdr(TFMessage((stamped,) * 20))
+    path = mcap_of(tmp_path / "a.mcap", {"tf2_msgs/msg/TFMessage": ""}, data=data)
+    opened = RecordedRun(str(path))
+    assert [len(entry.data) for entry in opened.samples()] == [len(data)]
+    (entry,) = opened.samples()
+    assert isinstance(opened.read(entry), TFMessage)
+    monkeypatch.setattr(recorded_run, "MOST_SAMPLED_BYTES", len(data) - 1)
+    assert list(opened.samples()) == []
+    assert opened.read(entry) is None
+    monkeypatch.setattr(recorded_run, "decode_cdr", None)  # nothing is decoded
+    assert '<link name="base_link"/>' in Path(RecordedRun(str(path)).description).read_text()
+
+
+def test_frame_of_the_base_ends_the_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    data = encode_cdr(TFMessage((TransformStamped(child_frame_id="a/base_footprint"),)))
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "test")
+        kind = writer.register_schema("tf2_msgs/msg/TFMessage", "ros2msg", b"")
+        channel = writer.register_channel("/tf", "cdr", kind)
+        for at in range(50):
+            writer.add_message(channel, at, data, at)
+        writer.finish()
+    read: list[object] = []
+    decode = recorded_run.decode_cdr
+    monkeypatch.setattr(recorded_run, "decode_cdr", lambda *given: read.append(given) or decode(*given))
+    assert 'name="a/base_footprint"' in Path(RecordedRun(str(path)).description).read_text()
+    assert len(read) == 2  # for the frame, and for the clock of the stamps
+
+
+def test_names_cannot_control_the_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    evil = "a\x1b[2J\x9b\n\u202eb"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start("ros2", "test")
+        kind = writer.register_schema(evil, "ros2msg", b"string data")
+        writer.add_message(writer.register_channel("/" + evil, "cdr", kind), 1, WORD, 1)
+        writer.add_metadata(evil, {evil: evil})
+        writer.finish()
+    lines = bag_text(str(path), Recording(str(path)).summary()).split("\n")
+    assert all(line.isprintable() for line in lines)
+    assert any(r"/a\x1b[2J\x9b \u202eb" in line for line in lines)

@@ -19,7 +19,15 @@ from kbot.record.encodings.foreign_types import full_name
 from kbot.record.encodings.quality import latches, offered_qos
 from kbot.record.entry import RecordedMessage, Types
 from kbot.record.formats import BrokenOff, NoIndex, Note
-from kbot.record.limits import Allowance, Damaged, RecordingTooLarge, check_length, check_names, inflate
+from kbot.record.limits import (
+    LARGEST_PIECE,
+    Allowance,
+    Damaged,
+    RecordingTooLarge,
+    check_length,
+    check_names,
+    inflate,
+)
 from kbot.record.mcap_records import (
     HEAD,
     MAGIC,
@@ -61,6 +69,8 @@ IN_FILE = (
     *(Opcode.HEADER, Opcode.FOOTER),
 )
 IN_CHUNK = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
+_WITH_TEXTS = (Opcode.CHANNEL, Opcode.METADATA)
+"""Records with a map of texts, which takes as long to read as the definition of a type."""
 IN_SUMMARY = (
     *(Opcode.SCHEMA, Opcode.CHANNEL, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX, Opcode.STATISTICS),
     Opcode.FOOTER,
@@ -76,7 +86,7 @@ def records(
     Raises:
         Damaged: a record is damaged.
         OSError: the file cannot be read.
-        RecordingTooLarge: the allowance is used up. Each record is charged to it.
+        RecordingTooLarge: the allowance is used up. Each record is charged to it, and the texts of maps.
     """
     at = start
     while at < end:
@@ -90,17 +100,27 @@ def records(
         left = end - at - HEAD.size
         check_length(at, length, left, is_skipped=kind not in wanted)
         if kind in wanted:
+            if allowance is not None and kind in _WITH_TEXTS:
+                allowance.charge(characters=length)
             yield at, _parsed(stream, kind, length, at)
         at += HEAD.size + length
 
 
-def record_at(stream: IO[bytes], at: int, kind: Opcode) -> McapRecord:
-    """The record at an offset from an index. Raises Damaged: there is no such record."""
+def record_at(stream: IO[bytes], at: int, kind: Opcode, allowance: Allowance | None = None) -> McapRecord:
+    """The record at an offset from an index.
+
+    Raises:
+        Damaged: there is no such record.
+        RecordingTooLarge: the allowance is used up.
+    """
     end = stream.seek(0, SEEK_END)
-    found_at, record = next(records(stream, at, end, (kind,)), (-1, McapRecord()))
-    if found_at != at:
-        raise Damaged(f"there is no {kind.name.lower()} at byte {at:,}")
-    return record
+    if at < end:  # a larger offset may be one that the system cannot seek to
+        stream.seek(at)
+        # `records` would skip all records of other kinds up to the end of the file
+        if stream.read(1) == bytes((kind,)):
+            _, record = next(records(stream, at, end, (kind,), allowance))
+            return record
+    raise Damaged(f"there is no {kind.name.lower()} at byte {at:,}")
 
 
 def _parsed(stream: IO[bytes], kind: int, length: int, at: int) -> McapRecord:
@@ -120,13 +140,16 @@ def chunk_records(chunk: Chunk, at: int, allowance: Allowance) -> list[McapRecor
         Damaged: the chunk is damaged.
         RecordingTooLarge: reading it would cost too much.
     """
+    if chunk.compression not in ("", "zstd", "lz4"):  # https://mcap.dev/spec/registry
+        raise Damaged(f"the chunk at byte {at:,} has the unknown compression {chunk.compression[:40]!r}")
+    # charged first: a damaged chunk may take as long as a good one
+    allowance.charge(min(chunk.uncompressed_size, LARGEST_PIECE), compression=chunk.compression)
     try:
         data = inflate(chunk.data, chunk.compression, chunk.uncompressed_size)
     except ValueError as error:
         raise Damaged(f"the chunk at byte {at:,} is damaged: {error}") from None
     except RecordingTooLarge as error:
         raise RecordingTooLarge(f"the chunk at byte {at:,} is not read: {error}") from None
-    allowance.charge(len(data), compression=chunk.compression)
     if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
         raise Damaged(f"the chunk at byte {at:,} does not match its checksum")
     return [record for _, record in records(BytesIO(data), 0, len(data), IN_CHUNK, allowance)]
@@ -281,9 +304,9 @@ class McapSource:
                 lost += 1
                 continue
             yield from within
-        for index in summary.metadata_indexes:
+        for offset in _offsets(summary.metadata_indexes):
             try:
-                yield record_at(stream, index.offset, Opcode.METADATA)
+                yield record_at(stream, offset, Opcode.METADATA, allowance)
             except Damaged:
                 continue
         raise BrokenOff(f"{lost} of its {len(in_file)} chunks are damaged and cannot be read")
@@ -328,9 +351,12 @@ class McapIndex(Brief):
                 if stream.read(len(MAGIC)) != MAGIC:
                     raise Damaged("its first bytes are not those of an MCAP file")
                 summary = read_summary(stream)
-                self.notes = dict(_notes(stream, summary.metadata_indexes if summary else ()))
+                places = summary.metadata_indexes if summary else ()
+                self.notes = dict(_notes(stream, places, Allowance(path)))
         except (Damaged, OSError) as error:
             raise NoIndex(f"{path} has no index: {error}") from None
+        except RecordingTooLarge as error:
+            raise KbotError(f"{path}: {error}") from None
         if summary is None or not summary.chunk_indexes:
             raise NoIndex(f"{path} has no index")
         by_offset = {index.chunk_start_offset: index for index in summary.chunk_indexes}
@@ -407,19 +433,21 @@ class McapIndex(Brief):
         """The time from which nothing can be read, and the start of the next readable chunk."""
         chunks = self._chunks
         at = bisect_right(chunks, nanoseconds, key=lambda index: index.message_start_time) - 1
-        if at < 0 or not self._is_lost(chunks[at]):
+        allowance = Allowance(self._path)
+        if at < 0 or not self._is_lost(chunks[at], allowance):
             return None
         first, last = at, at
-        while first > 0 and self._is_lost(chunks[first - 1]):
+        while first > 0 and self._is_lost(chunks[first - 1], allowance):
             first -= 1
-        while last + 1 < len(chunks) and self._is_lost(chunks[last + 1]):
+        while last + 1 < len(chunks) and self._is_lost(chunks[last + 1], allowance):
             last += 1
         start = chunks[first].message_start_time
         end = chunks[last].message_end_time + 1
         return start, max(end, chunks[last + 1].message_start_time) if last + 1 < len(chunks) else end
 
-    def _is_lost(self, index: ChunkIndex) -> bool:
-        self._entries(index, Allowance(self._path))
+    def _is_lost(self, index: ChunkIndex, allowance: Allowance) -> bool:
+        if index.chunk_start_offset not in self._lost:
+            self._entries(index, allowance)
         return index.chunk_start_offset in self._lost
 
     def _has(self, index: ChunkIndex, topics: Collection[str]) -> bool:
@@ -437,6 +465,8 @@ class McapIndex(Brief):
         """The messages of a chunk in the order written, none if it is damaged. Raises KbotError: the file was
         removed."""
         at = index.chunk_start_offset
+        if at in self._lost:
+            return []
         try:
             with Path(self._path).open("rb") as stream:
                 found = chunk_records(chunk_at(stream, at), at, allowance)
@@ -465,10 +495,17 @@ class McapIndex(Brief):
         yield counted(len(self.topics), "topic")
 
 
-def _notes(stream: IO[bytes], places: Iterable[MetadataIndex]) -> Iterator[tuple[str, dict[str, str]]]:
-    for place in places:
+def _offsets(places: Iterable[MetadataIndex]) -> Iterable[int]:
+    """The offsets of metadata, each once: a small index may name a large record many times."""
+    return dict.fromkeys(place.offset for place in places)
+
+
+def _notes(
+    stream: IO[bytes], places: Iterable[MetadataIndex], allowance: Allowance
+) -> Iterator[tuple[str, dict[str, str]]]:
+    for offset in _offsets(places):
         try:
-            found = record_at(stream, place.offset, Opcode.METADATA)
+            found = record_at(stream, offset, Opcode.METADATA, allowance)
         except Damaged:
             continue
         if isinstance(found, Metadata):

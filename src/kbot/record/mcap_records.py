@@ -116,13 +116,20 @@ class _Rest:
         return value
 
 
+_MOST_PAIRS = 1 << 16
+"""Entries of a map. The largest maps have one for each channel, and the number of a channel has 16 bits."""
+
+
 class _Pairs:
     def __init__(self, first: _Kind, second: _Kind) -> None:
         self._first, self._second = first, second
 
     def read(self, cursor: _Cursor) -> list[tuple[Any, Any]]:
-        part, found = _Cursor(BYTES.read(cursor)), []
+        part = _Cursor(BYTES.read(cursor))
+        found: list[tuple[Any, Any]] = []
         while not part.is_at_end:
+            if len(found) == _MOST_PAIRS:
+                raise ValueError(f"a map has more than {_MOST_PAIRS:,} entries")
             found.append((self._first.read(part), self._second.read(part)))
         return found
 

@@ -26,6 +26,7 @@ from kbot.cli.output import fail, print_json
 from kbot.cli.picture_options import parse_size, size_option
 from kbot.cli.run_outputs import PeerRequest, peer_options
 from kbot.text.json_text import parse_json
+from kbot.text.render import printable
 
 if TYPE_CHECKING:
     from kbot.record.export import MessageTable
@@ -123,19 +124,23 @@ def bag_text(path: str, found: Summary) -> str:
     if found.start is not None and found.end is not None:
         rows.append(("time", f"{_time(found.start)} to {_time(found.end)}"))
     for name, values in found.notes.items():
-        rows += _facts(name, values)
+        rows += ((printable(label), printable(value)) for label, value in _facts(name, values))
     wide = max(len(label) for label, _ in rows)
     lines += [f"  {label:<{wide}}  {value}" for label, value in rows]
-    wide = max((len(name) for name in found.topics), default=0)
-    lines += [
-        f"  {name:<{wide}}  {topic.count:>8}  {topic.type_name}"
+    topics = [
+        (printable(name), topic.count, printable(topic.type_name))
         for name, topic in sorted(found.topics.items())
     ]
-    lines += [f"The messages of {name} cannot be read: {why}" for name, why in found.unusable.items()]
+    wide = max((len(name) for name, _, _ in topics), default=0)
+    lines += [f"  {name:<{wide}}  {count:>8}  {type_name}" for name, count, type_name in topics]
+    lines += [
+        printable(f"The messages of {name} cannot be read: {why}") for name, why in found.unusable.items()
+    ]
     if found.broken:
         until = f" up to {found.end * 1e-9:.3f} s" if found.end is not None else ""
         lines.append(
-            f"The recording is incomplete: {found.broken}. Its {found.count} messages{until} can be read."
+            f"The recording is incomplete: {printable(found.broken)}. Its {found.count} messages{until} can "
+            "be read."
         )
     return "\n".join(lines)
 
@@ -315,7 +320,7 @@ def _copy(
 
     copied = copy_recording(recording, target, start=start, end=end, topics=topics)
     for topic, reason in copied.left_out.items():
-        click.echo(f"{topic} is left out: {reason}", err=True)
+        click.echo(printable(f"{topic} is left out: {reason}"), err=True)
     if copied.broken:
         click.echo(f"{recording} is incomplete: {copied.broken}", err=True)
     click.echo(f"{target}: {copied.messages} messages")
@@ -498,7 +503,7 @@ def replay(recording: str, package_path: tuple[str, ...]) -> int:
     ]
     click.echo("; ".join(filter(None, result)))
     if again.left_out:
-        topics = ", ".join(f"{topic} {count}" for topic, count in again.left_out.items())
+        topics = printable(", ".join(f"{topic} {count}" for topic, count in again.left_out.items()))
         click.echo(
             f"{sum(again.left_out.values())} messages were not compared ({topics}): a replay repeats only "
             "the robots and the clock, not sensors, nodes, programs and recorded world states"

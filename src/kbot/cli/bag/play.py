@@ -12,6 +12,7 @@ import click
 
 from kbot.cli.keys import keys
 from kbot.cli.run_outputs import PeerRequest, run_outputs
+from kbot.text.render import printable
 
 if TYPE_CHECKING:
     from kbot.record.player import Player
@@ -53,7 +54,7 @@ def play(player: Player, peers: PeerRequest | None, pace: Pace) -> None:
         click.echo(f"{player.summary.broken}; playing back the readable part", err=True)
     for topic in player.unknown:
         kind = player.summary.topics[topic].type_name
-        click.echo(f"{topic} is not played back: KBot does not know the type {kind}", err=True)
+        click.echo(printable(f"{topic} is not played back: KBot does not know the type {kind}"), err=True)
     with suppress(KeyboardInterrupt), run_outputs(peers=peers, served=True) as outputs, keys(pressed):
         outputs.show(player, player.description, player.path)
         click.echo(_start(player, peers, pace), err=True)

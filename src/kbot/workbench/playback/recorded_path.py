@@ -118,7 +118,7 @@ def _places(run: RecordedRun, robot: RobotModel) -> Iterator[list[PathPoint]]:
             elif now >= due or entry.topic != POSES_TOPIC:
                 message = run.read(entry)
                 recorded.receive(message)
-                if now < due:
+                if now < due or message is None:
                     continue
                 due = now + every
                 truth = _truth(message, robot.root) if entry.topic == POSES_TOPIC else None

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import weakref
 from collections.abc import Collection, Iterable, Iterator
-from itertools import islice
+from dataclasses import fields
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,9 @@ FIRST_SECONDS = 2.0
 """Seconds at the start and at the end of a recording in which every frame is expected once."""
 MOST_STATIC_BYTES = 1 << 24
 """Limit for /tf_static: 100,000 transforms, which take 2 s to read. A robot has less than 1000."""
+MOST_SAMPLED_BYTES = MOST_STATIC_BYTES // 2
+"""Limit for the messages at the start and for those at the end, so that both take 2 s to read. 1000 joints
+at 100 Hz take 5 MB in FIRST_SECONDS."""
 OTHER_CLOCK = 5.0
 """Seconds between a message's stamp and its recording time from which they count as different clocks."""
 
@@ -191,17 +195,28 @@ class RecordedRun:
         return (nanoseconds + self.stamp_offset) * 1e-9
 
     def read(self, entry: RecordedMessage) -> Any:  # noqa: ANN401 - a message of the topic's type
-        """Return the message, or None for a type that KBot does not have. Raises KbotError if the bytes are
-        invalid."""
+        """Return the message, or None for a type that KBot does not have, and for a message about movement
+        with more than MOST_SAMPLED_BYTES. Raises KbotError if the bytes are invalid."""
         kind = self.topics.get(entry.topic)
+        is_frequent = kind in (TFMessage, JointState) and entry.topic != TF_STATIC  # that has its own limit
+        if is_frequent and len(entry.data) > MOST_SAMPLED_BYTES:
+            return None
         return None if kind is None else decode_cdr(entry.cdr, kind)
 
     def samples(self) -> Iterator[RecordedMessage]:
-        """Yield messages about movement at the start and at the end."""
+        """Yield messages about movement at the start and at the end, up to MOST_SAMPLED_BYTES of each."""
         span = round(FIRST_SECONDS * 1e9)
         start, end = self.index.start, self.index.end
-        yield from self.index.between(self.moves, start - 1, min(start + span, end))
-        yield from self.index.between(self.moves, max(start + span, end - span), end)
+        for after, until in (
+            (start - 1, min(start + span, end)),
+            (max(start + span, end - span), end),
+        ):
+            left = MOST_SAMPLED_BYTES
+            for entry in self.index.between(self.moves, after, until):
+                left -= len(entry.data)
+                if left < 0:
+                    break
+                yield entry
 
     def _read_statics(self) -> list[TFMessage]:
         """Return all messages on /tf_static. Raises KbotError if there are too many to hold in memory."""
@@ -227,15 +242,24 @@ class RecordedRun:
     def _frame_alone(self) -> str:
         """Return the description of a robot that consists of one frame: its base on tf, otherwise the frame
         of a sensor."""
-        messages = (*self.statics, *(self.read(entry) for entry in self.samples()))
+        messages = chain(self.statics, (self.read(entry) for entry in self.samples()))
         transforms = (t for message in messages if isinstance(message, TFMessage) for t in message.transforms)
-        frames = [plain(name) for t in transforms for name in (t.child_frame_id, t.header.frame_id)]
-        of_base = (name for base in BASES for name in frames if name.rpartition("/")[2] == base)
-        frame = next(of_base, "") or next(iter(frames), "") or self._frame_of_sensor()
+        frames = (plain(name) for t in transforms for name in (t.child_frame_id, t.header.frame_id))
+        found: dict[str, str] = {}
+        for name in frames:
+            found.setdefault(name.rpartition("/")[2], name)
+            if BASES[0] in found:  # the first of BASES comes before all others
+                break
+        of_base = (found[base] for base in BASES if base in found)
+        frame = next(of_base, "") or next(iter(found.values()), "") or self._frame_of_sensor()
         return f'<robot name="frames"><link name="{escaped(frame or BASES[-1])}"/></robot>'
 
     def _frame_of_sensor(self) -> str:
-        entries = self.index.between(list(self.topics), self.index.start - 1, self.index.end)
+        # messages without a header are not decoded: a list of transforms takes long
+        topics = [
+            name for name, kind in self.topics.items() if "header" in {field.name for field in fields(kind)}
+        ]
+        entries = self.index.between(topics, self.index.start - 1, self.index.end)
         headers = (getattr(self.read(entry), "header", None) for entry in islice(entries, MOST_SEARCHED))
         return next((plain(header.frame_id) for header in headers if header and header.frame_id), "")
 
