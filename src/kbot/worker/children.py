@@ -154,8 +154,8 @@ def start(
     reader, writer = os.pipe()
     with os.fdopen(reader, "rb") as report:
         try:
-            code = _BECOME if memory is None else _LIMIT.format(memory=memory) + _BECOME
-            words = [*_BARE, code, str(os.getpid()), str(writer), *command]
+            become = _BECOME if memory is None else _LIMIT.format(memory=memory) + _BECOME
+            words = [*_BARE, become, str(os.getpid()), str(writer), *command]
             child = _starter.call(
                 lambda: _guarded(lambda: Child(words, start_new_session=True, pass_fds=(writer,), **options))
             )
