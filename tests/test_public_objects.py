@@ -29,6 +29,7 @@ from kbot import (
     xacro,
 )
 from kbot import world as worlds
+from kbot.brief import Brief
 from kbot.sim.mujoco_export import MujocoModel
 from kbot.templates import NewPackage, Sizes
 
@@ -403,3 +404,35 @@ def test_every_package_is_public_or_internal() -> None:
     internal = {"cli", "identify", "net", "pytest_plugin", "render", "tf", "workbench", "worker"}
     found = {module.name for module in pkgutil.iter_modules(kbot.__path__) if module.ispkg}
     assert found == {*PACKAGES, *internal}
+
+
+class Held(Brief):
+    """An object with any value."""
+
+    def __init__(self, value: object) -> None:
+        self._value = value
+
+    @property
+    def value(self) -> object:
+        return self._value
+
+
+class Broken:
+    def __eq__(self, other: object) -> bool:
+        raise TypeError("cannot be compared")
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        raise RuntimeError("has no repr")
+
+
+def test_a_repr_of_any_value_is_no_error() -> None:
+    inside: list[object] = []
+    inside.append(inside)
+    assert repr(Held(inside)) == "Held(value=[…])"
+    held = Held(1)
+    held._value = {"own": held}
+    assert "…" in repr(held)
+    for broken in (Held(Broken()), Held([Broken()]), Held.__new__(Held)):
+        assert repr(broken).startswith(("<", "Held("))

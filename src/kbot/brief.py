@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from reprlib import recursive_repr
 
 _LONGEST = 100
 """Characters of a value inside a `repr`. A longer one is cut: a prompt is about 100 characters wide."""
@@ -16,7 +17,10 @@ class Brief:
     __slots__ = ()
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(self._shown())})"
+        try:
+            return f"{type(self).__name__}({', '.join(self._shown())})"
+        except Exception:  # noqa: BLE001 - a debugger shows half-made objects, and values may have a broken repr
+            return object.__repr__(self)
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not name.startswith("_")]
@@ -44,8 +48,12 @@ def shown_arguments(thing: object) -> Iterator[str]:
             yield f"{name}={brief(value)}"
 
 
+@recursive_repr("…")
 def brief(value: object) -> str:
-    """A value in one line: a number with 6 digits, a long text cut, an array or a collection by its size."""
+    """A value in one line: a number with 6 digits, a long text cut, an array or a collection by its size.
+
+    A value inside itself is `…`.
+    """
     if isinstance(value, bool):
         return str(value)
     if isinstance(value, float):
@@ -107,5 +115,5 @@ def _equal(value: object, default: object) -> bool:
         return shape == (0,) == _shape(default)
     try:
         return bool(value == default)
-    except ValueError:  # arrays inside
+    except Exception:  # noqa: BLE001 - arrays inside, or the user's class cannot be compared
         return False

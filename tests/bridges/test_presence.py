@@ -2,6 +2,9 @@
 
 import json
 import os
+import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,6 +25,15 @@ OWN = Presence(os.getpid(), "ws://127.0.0.1:1/", "caf\udce9", "empty", "kbot sim
 def test_a_running_kbot_is_found() -> None:
     announce(OWN)
     assert running() == [OWN]
+
+
+def test_the_file_of_a_killed_kbot_is_deleted_by_the_next_one(folder: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", ""]) as ended:
+        ended.wait()
+        left = announce(replace(OWN, pid=ended.pid))
+    assert left.exists()
+    announce(OWN)
+    assert [path.name for path in folder.glob("*.json")] == [f"{OWN.pid}.json"]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "null", "{}", "[" * 100_000, "\udcff", '{"pid": 1}'])

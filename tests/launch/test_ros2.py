@@ -238,6 +238,7 @@ def test_error_is_reported_at_the_line_of_its_action(
     ("end", "code", "line", "message"),
     [
         ("raise SystemExit(7)", "L081", 2, "SystemExit: 7"),
+        ("raise type('Own', (BaseException,), {})('x')", "L081", 2, "Own: x"),
         ("pass", "L082", 1, "returned NoneType"),
         ("return []", "L082", 1, "returned list"),
     ],

@@ -209,7 +209,9 @@ def test_a_line_that_is_not_a_row_is_not_a_finished_run(
         assert [each.run for each in journal.rows()] == [0, 1]
 
 
-@pytest.mark.parametrize("line", ["[]", '"text"', "null", "18446744073709551616", "1e999", "[" * 100_000, ""])
+@pytest.mark.parametrize(
+    "line", ["[]", '"text"', "null", "18446744073709551616", "1e999", "[" * 100_000, " "]
+)
 def test_a_line_that_is_not_an_object_is_ignored(line: str, tmp_path: Path) -> None:
     path = tmp_path / "runs.jsonl"
     path.write_text(f"{line}\n")
@@ -376,6 +378,48 @@ def test_a_line_that_is_far_longer_than_a_run_is_refused(end: bytes, tmp_path: P
         "Delete this line, or choose another folder with --out"
     )
     assert path.stat().st_size == size
+
+
+def test_empty_lines_are_skipped(tmp_path: Path) -> None:
+    path = tmp_path / "runs.jsonl"
+    path.write_bytes(b"\n" * 20_000 + journal_module._line(row(1)) + b"\n")
+    notes: list[str] = []
+    with notes_sent_to(notes.append), Journal(path, PLAN) as journal:
+        journal.append(row(0))
+        assert list(journal.rows()) == [row(0), row(1)]
+    assert notes == []
+
+
+def test_a_file_with_many_lines_of_another_kind_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "runs.jsonl"
+    path.write_bytes(b"x\n" * 10_001)
+    with pytest.raises(KbotError) as raised:
+        Journal(path, PLAN)
+    assert str(raised.value) == (
+        f"{path}:1:1: it is not JSON. More than 10,000 lines are not runs of this sweep. Delete them, or "
+        "choose another folder with --out"
+    )
+
+
+@pytest.mark.parametrize("change", ["cut", "bytes", "other row", "other value"])
+def test_a_file_that_is_edited_during_the_sweep_is_an_error(change: str, tmp_path: Path) -> None:
+    path = tmp_path / "runs.jsonl"
+    with Journal(path, PLAN) as journal:
+        journal.append(row(0, energy=1.5))
+        data = path.read_bytes()
+        changed = {
+            "cut": b"",
+            "bytes": b"\0" * len(data),
+            "other row": journal_module._line(row(2, energy=1.5)),
+            "other value": data.replace(b"1.5", b"1.6"),
+        }
+        path.write_bytes(changed[change])
+        for read in (lambda: journal.row(0), lambda: list(journal.rows())):
+            with pytest.raises(KbotError) as raised:
+                read()
+            assert str(raised.value) == (
+                f"{path}: the line of run 0 was changed during the sweep. Run the same command again"
+            )
 
 
 def test_a_long_reason_can_be_read_again(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from kbot.cli.main import run
+from kbot.cli.output import report_error
 from kbot.text import temporary
 from kbot.text.temporary import TemporaryFolder, private_folder, remove_left, user_folder
 
@@ -179,11 +180,50 @@ def test_what_a_stranger_has_planted_is_not_used(
     with pytest.raises(OSError) as refused:  # noqa: PT011 - the file that is named is checked
         TemporaryFolder("b")
     assert refused.value.filename == str(place)
+    assert refused.value.strerror == (
+        "is a link, is a file, or belongs to another user. Remove it, or set TMPDIR to another folder"
+    )
     remove_left()
     if planted == "link":
         assert names(precious) == ["a-1-0", "a-1-0.lock"]
     if planted.startswith("folder"):
         assert names(place) == ["a-1-0", "a-1-0.lock"]
+
+
+def test_files_of_others_are_never_removed(place: Path) -> None:
+    """Another program may have locks in a folder of this name too."""
+    place.mkdir()
+    for name in ("uv.lock", "a-1.lock", "a-1-0-b.lock", "A-1-0.lock", "a-1-0.lck", "-1-0.lock"):
+        (place / name).touch()
+        (place / name).with_suffix("").mkdir()
+    before = names(place)
+    remove_left()
+    assert names(place) == before
+
+
+@ON_POSIX
+@pytest.mark.parametrize("is_given", [False, True])
+def test_the_working_directory_is_used_only_if_the_user_says_so(
+    tmp_path: Path, is_given: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`tempfile` falls back to it, as in a container whose /tmp is read-only."""
+    own = tmp_path / "own"
+    own.mkdir()
+    monkeypatch.chdir(own)
+    for name in ("TMPDIR", "TEMP", "TMP"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(tempfile, "tempdir", str(own))
+    if is_given:
+        monkeypatch.setenv("TMPDIR", ".")
+        assert user_folder().parent == own
+    else:
+        with pytest.raises(FileNotFoundError) as raised:
+            TemporaryFolder("a")
+        report_error(raised.value)
+        shown = f"error: {own}: no temporary folder can be written. Set TMPDIR\n"
+        assert capsys.readouterr().err == shown
+    remove_left()
+    assert names(own) == []
 
 
 @ON_POSIX

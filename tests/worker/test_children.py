@@ -249,6 +249,20 @@ def test_a_program_that_takes_too_long_ends_with_what_it_started(tmp_path: Path)
         wait_for_end(int(file.read_text()))
 
 
+@ON_LINUX
+def test_a_program_has_no_more_memory_than_it_is_given() -> None:
+    most = 300_000_000
+    show = "import resource; print(resource.getrlimit(resource.RLIMIT_AS))"
+    found = children.run([sys.executable, "-c", show], memory=most)
+    assert found.stdout.decode() == f"({most}, {most})\n"
+    again = f"from kbot.worker import children\nprint(children.run([{sys.executable!r}, '-c', {show!r}], "
+    again += f"memory={2 * most}).stdout.decode(), end='')"
+    nested = children.run([sys.executable, "-c", again], memory=most)
+    assert (nested.stdout, nested.stderr) == (found.stdout, b""), "a program cannot raise its limit"
+    full = children.run([sys.executable, "-c", f"bytes({most})"], memory=most)
+    assert b"MemoryError" in full.stderr
+
+
 @pytest.mark.skipif(ctypes.sizeof(ctypes.c_void_p) != 8, reason="the sizes are those of 64 bits")
 def test_a_child_is_added_to_a_job_that_ends_with_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """The sizes and the numbers are those of Windows's header winnt.h, for 64 bits."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol
+from typing import IO, Any, Protocol
 
 import orjson
 
@@ -36,6 +36,8 @@ LONGEST_LINE = 1_000_000
 """Bytes of a line that is read. A run has a few thousand."""
 _LONGEST_REASON = 10_000
 """Characters of a reason that are recorded. A program may raise a text of any length."""
+_MOST_IGNORED = 10_000
+"""Lines that are not a run. A loss of power leaves one or two. Each takes time, at every start."""
 SYNC_SECONDS = 1.0
 """The disk has all runs but those of the last second, even after a loss of power. A killed process loses none
 of them."""
@@ -149,20 +151,37 @@ class Journal:
         self._end += len(line)
 
     def rows(self) -> Iterator[Row]:
-        """The finished runs in the order of their numbers."""
+        """The finished runs in the order of their numbers. Raises KbotError: someone has edited the file."""
         with self.path.open("rb") as file:
-            for offset in self._offsets:
+            for run, offset in enumerate(self._offsets):
                 if offset >= 0:
-                    file.seek(offset)
-                    yield _row(file.readline())
+                    yield self._row_at(file, run)
 
     def row(self, run: int) -> Row:
-        """A finished run. Raises KeyError: it is not finished."""
+        """A finished run.
+
+        Raises:
+            KeyError: it is not finished.
+            KbotError: someone has edited the file.
+        """
         if run not in self:
             raise KeyError(run)
         with self.path.open("rb") as file:
-            file.seek(self._offsets[run])
-            return _row(file.readline())
+            return self._row_at(file, run)
+
+    def _row_at(self, file: IO[bytes], run: int) -> Row:
+        """The row of a run, which was checked when its place was recorded."""
+        file.seek(self._offsets[run])
+        line = file.readline(LONGEST_LINE + 1)
+        try:
+            found = _row(line)
+            if found.run == run and line == _line(found):
+                return found
+        except _Fault:
+            pass  # the same as another row there
+        raise KbotError(
+            f"{self.path}: the line of run {run} was changed during the sweep. Run the same command again"
+        )
 
     def place(self, run: int, *keys: str) -> str:
         """The file, line and column of a value of a finished run."""
@@ -190,6 +209,9 @@ class Journal:
         ignored, first = 0, ""
         with self.path.open("rb") as file:
             for number, line in enumerate(iter(partial(file.readline, LONGEST_LINE + 1), b""), 1):
+                if line == NEWLINE:  # nothing is lost
+                    offset += len(line)
+                    continue
                 if len(line) > LONGEST_LINE:
                     raise KbotError(
                         f"{self.path}:{number}:1: the line is not a run of a sweep: it is longer than "
@@ -202,6 +224,11 @@ class Journal:
                     self._add(row.run, offset, row.measures)
                 except _Fault as error:
                     ignored += 1
+                    if ignored > _MOST_IGNORED:
+                        raise KbotError(
+                            f"{first}. More than {_MOST_IGNORED:,} lines are not runs of this sweep. Delete "
+                            "them, or choose another folder with --out"
+                        ) from None
                     if ignored == 1 or error.is_row:
                         place = self._place(number, line, *error.keys, column=error.column)
                         first = f"{place}: {error}"

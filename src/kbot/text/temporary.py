@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import errno
 import os
+import re
 import stat
 import sys
 from contextlib import suppress
@@ -18,6 +19,10 @@ from pathlib import Path
 from types import TracebackType
 
 _LOCK = ".lock"
+_NAME_OF_LOCK = re.compile(r"[a-z0-9-]+-\d+-\d+" + re.escape(_LOCK))
+"""As `_new` makes them. Files of others, such as `uv.lock`, may lie beside them."""
+_TEMPORARY = ("/tmp", "/var/tmp", "/usr/tmp")
+"""The folders that `tempfile` tries on POSIX before the working directory."""
 _ATTEMPTS = 100
 """Names to try. One may be of an earlier process with the same ID, or another KBot may hold its lock for a
 moment, to see whether it is in use."""
@@ -73,7 +78,7 @@ def remove_left() -> None:
     """Remove the folders of processes that no longer run."""
     try:
         place = user_folder()
-        left = [Path(entry.path) for entry in os.scandir(place) if entry.name.endswith(_LOCK)]
+        left = [Path(entry.path) for entry in os.scandir(place) if _NAME_OF_LOCK.fullmatch(entry.name)]
         private_folder(place)
     except OSError:  # there is none, or it is of someone else
         return
@@ -86,13 +91,16 @@ def private_folder(path: Path) -> Path:
     """Create a folder that only this user can use, if it does not exist.
 
     Raises:
-        OSError: it is a link, or belongs to another user, who could replace what is in it.
+        OSError: it is a link or a file, or belongs to another user, who could replace what is in it.
     """
-    path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    reason = "is a link, is a file, or belongs to another user. Remove it, or set TMPDIR to another folder"
+    try:
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except FileExistsError:  # also a link to nothing
+        raise PermissionError(errno.EPERM, reason, str(path)) from None
     if hasattr(os, "getuid"):  # on Windows, the folder above is the user's own
         found = path.lstat()
         if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
-            reason = "is a link or belongs to another user. Remove it, or set TMPDIR to another folder"
             raise PermissionError(errno.EPERM, reason, str(path))
         if found.st_mode & 0o077:
             path.chmod(0o700)
@@ -100,10 +108,33 @@ def private_folder(path: Path) -> Path:
 
 
 def user_folder() -> Path:
-    """The folder in the system's temporary folder that is for this user. It may not exist."""
+    """The folder in the system's temporary folder that is for this user. It may not exist.
+
+    Raises:
+        OSError: no temporary folder is writable. Python would use the working directory, which is the user's.
+    """
     import tempfile  # slow to import
 
-    return Path(tempfile.gettempdir(), f"kbot-{os.getuid() if hasattr(os, 'getuid') else 0}")
+    reason = "no temporary folder can be written. Set TMPDIR"
+    try:
+        place = tempfile.gettempdir()
+    except FileNotFoundError:  # the working directory is not writable either
+        raise FileNotFoundError(errno.ENOENT, reason) from None
+    if _is_left_over(place):
+        raise FileNotFoundError(errno.ENOENT, reason, place)
+    return Path(place, f"kbot-{os.getuid() if hasattr(os, 'getuid') else 0}")
+
+
+def _is_left_over(place: str) -> bool:
+    """Whether a folder is the working directory, which `tempfile` takes if it can write to no other one."""
+    if os.name == "nt" or place in _TEMPORARY:  # on Windows, TEMP is always set
+        return False
+    given = [os.environ.get(name) for name in ("TMPDIR", "TEMP", "TMP")]
+    try:
+        here = Path.cwd()
+    except OSError:  # someone has deleted it
+        return False
+    return Path(place) == here and here not in [here / each for each in given if each]
 
 
 def _new(place: Path, purpose: str) -> tuple[Path, int]:

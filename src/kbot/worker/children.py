@@ -48,6 +48,13 @@ try:
 except OSError as error:
     os.write(report, b"%d" % error.errno)
 """
+_LIMIT = """
+import resource
+_, most = resource.getrlimit(resource.RLIMIT_AS)
+memory = {memory} if most == resource.RLIM_INFINITY else min({memory}, most)  # nobody may raise the maximum
+resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+"""
+"""Before `_BECOME`. The program keeps the limit."""
 _GUARD = """
 import os, signal, sys
 groups = set()
@@ -122,8 +129,12 @@ def start(
     stdin: _Stream = DEVNULL,
     stdout: _Stream = DEVNULL,
     stderr: _Stream = None,
+    memory: int | None = None,
 ) -> Child:
     """Start a program. The default environment and working directory are those of this process.
+
+    `memory` limits the bytes of the program's address space (RLIMIT_AS in setrlimit(2)), on Linux only:
+    elsewhere the program starts at once, without a Python before it that could set the limit.
 
     Ctrl-C in the terminal does not reach the program: this process decides what ends.
 
@@ -143,7 +154,8 @@ def start(
     reader, writer = os.pipe()
     with os.fdopen(reader, "rb") as report:
         try:
-            words = [*_BARE, _BECOME, str(os.getpid()), str(writer), *command]
+            become = _BECOME if memory is None else _LIMIT.format(memory=memory) + _BECOME
+            words = [*_BARE, become, str(os.getpid()), str(writer), *command]
             child = _starter.call(
                 lambda: _guarded(lambda: Child(words, start_new_session=True, pass_fds=(writer,), **options))
             )
@@ -164,14 +176,17 @@ def run(
     environment: Mapping[str, str] | None = None,
     folder: str | None = None,
     seconds: float | None = None,
+    memory: int | None = None,
 ) -> subprocess.CompletedProcess[bytes]:
-    """Run a program without input, and return its status and outputs.
+    """Run a program without input, and return its status and outputs. `memory` is as in `start`.
 
     Raises:
         OSError: the program cannot be started.
         TimeoutError: it has not ended after some seconds. It was killed, with all that it started.
     """
-    with start(command, environment=environment, folder=folder, stdout=PIPE, stderr=PIPE) as child:
+    with start(
+        command, environment=environment, folder=folder, stdout=PIPE, stderr=PIPE, memory=memory
+    ) as child:
         try:
             out, err = child.communicate(timeout=seconds)
         except subprocess.TimeoutExpired:

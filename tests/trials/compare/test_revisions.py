@@ -4,6 +4,7 @@ import hashlib
 import os
 import shutil
 import subprocess
+import sys
 import zlib
 from collections.abc import Callable
 from contextlib import suppress
@@ -304,6 +305,38 @@ def test_a_tree_that_contains_itself_many_times_is_refused(
     )
 
 
+def stored(repository: Path, kind: str, part: bytes, times: int) -> str:
+    """Store an object with the same bytes many times. Packed, it takes a thousandth of its size."""
+    head = f"{kind} {len(part) * times}\0".encode()
+    digest, packer = hashlib.sha1(head, usedforsecurity=False), zlib.compressobj(1)
+    packed = [packer.compress(head)]
+    for _ in range(times):
+        digest.update(part)
+        packed.append(packer.compress(part))
+    name = digest.hexdigest()
+    place = repository / ".git" / "objects" / name[:2] / name[2:]
+    place.parent.mkdir(exist_ok=True)
+    place.write_bytes(b"".join([*packed, packer.flush()]))
+    return name
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory")
+@pytest.mark.parametrize("what", ["tree", "commit"])
+def test_an_object_that_needs_much_memory_is_refused(
+    repository: Path, what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """git reads a whole tree or commit before it prints anything."""
+    monkeypatch.setattr(git_module, "_MEMORY", 100_000_000)  # the real limit takes ten times as long
+    head = git(repository, "cat-file", "commit", "HEAD").encode()
+    if what == "tree":
+        tree = stored(repository, "tree", (b"100644 a\0" + b"\x11" * 20) * 10_000, 500)
+        name = git(repository, "commit-tree", "-m", "large", tree, "-p", "HEAD").strip()
+    else:
+        name = stored(repository, "commit", head.ljust(1_000_000), 150)
+    with pytest.raises(KbotError, match="the revision is too large to compare: it has an object for which g"):
+        links(f"{name}:src/robot")
+
+
 def test_a_path_that_is_too_long_for_a_file_is_refused(repository: Path) -> None:
     """Folders nested 10,000 levels deep, whose paths have 100 MB together."""
     tree = mktree(repository, "")
@@ -358,6 +391,40 @@ def test_links_that_lead_outside_only_through_other_links_are_left_out(repositor
         links = Path(found.tree, "links")
         assert not (links / "a").is_symlink()
         assert (links / "same").read_text() == "text"
+
+
+def test_a_link_whose_goal_no_system_has_is_left_out(repository: Path) -> None:
+    blob = git(repository, "hash-object", "-w", "--stdin", text="a\0b").strip()
+    git(repository, "update-index", "--add", "--cacheinfo", f"120000,{blob},link")
+    git(repository, "commit", "-q", "-m", "link")
+    with opened("HEAD:src/robot") as found:
+        assert isinstance(found, Description)
+        assert not Path(found.tree, "link").is_symlink()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+@pytest.mark.parametrize("what", ["HEAD", "tree", "blob"])
+def test_a_git_that_waits_for_a_pipe_is_ended(
+    repository: Path, tmp_path: Path, what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = git(repository, "rev-parse", "HEAD:src/parts/part.xacro" if what == "blob" else "HEAD:src").strip()
+    around, head = git_module.Repository.around(str(repository)), git(repository, "rev-parse", "HEAD").strip()
+    place = (
+        repository / ".git" / "HEAD"
+        if what == "HEAD"
+        else repository / ".git" / "objects" / name[:2] / name[2:]
+    )
+    place.unlink()
+    os.mkfifo(place)
+    monkeypatch.setattr(git_module, "_SECONDS", 0.5)
+    out = str(tmp_path / "out")
+    use: dict[str, Callable[[], object]] = {
+        "HEAD": lambda: around.commit("HEAD"),
+        "tree": lambda: git_module.extract(around, head, out),
+        "blob": lambda: git_module._write(around, out, [("a", name)], []),  # it is one after it was listed
+    }
+    with pytest.raises(KbotError, match=r"git has printed nothing for 0\.5 s"):
+        use[what]()
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")

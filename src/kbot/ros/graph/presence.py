@@ -62,6 +62,7 @@ class Presence:
 
 def announce(presence: Presence) -> Path:
     """Write the file, readable only by this user. Raises OSError."""
+    running()  # it deletes the files of killed KBots, which would stay if nobody asks for the running ones
     path = private_folder(_folder()) / f"{presence.pid}.json"
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)

@@ -6,12 +6,17 @@ archive brings its own configuration, so such a filter is a stranger's program. 
 asks for revisions, lists trees and reads blobs (`rev-parse`, `ls-tree`, `cat-file --batch`). These use
 neither attributes nor hooks. The options and variables below turn off the rest: a file system monitor,
 hooks, repositories that are hidden in folders, and fetching missing objects by a configured program.
+
+A repository of a few megabytes can have an object of many gigabytes, which git holds in memory as a whole,
+and a pipe in place of a file, for which git waits for ever. So git has a limit of memory and one of time.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import threading
+import time
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
@@ -31,6 +36,9 @@ _OPTIONS = (
     "-c", f"core.hooksPath={os.devnull}",
     "-c", "safe.bareRepository=explicit",
     "-c", "protocol.allow=never",
+    # git maps packs up to these sizes, by default all of a pack of gigabytes, which `_MEMORY` would forbid
+    "-c", "core.packedGitLimit=256m",
+    "-c", "core.packedGitWindowSize=32m",
 )  # fmt: skip
 _VARIABLES = {
     "GIT_NO_LAZY_FETCH": "1",
@@ -54,6 +62,14 @@ _MOST_LISTED = 100_000_000
 """Bytes of git's list of files. An entry of a real repository has a hundred or two."""
 _MOST_NAMES = 10_000
 """Branches and tags among which a similar one is searched."""
+_MEMORY = 900_000_000
+"""Bytes of git's address space: its packs, a file of `_MOST_BYTES` with that from which it differs, and the
+indexes of a repository as large as that of Linux."""
+_OVER_MEMORY = "an object for which git needs more than 900 MB of memory"
+_NO_MEMORY = re.compile(r"out of memory|cannot allocate memory", re.IGNORECASE)
+"""How git names the end of its memory, from its own `xmalloc`, from zlib or from the system."""
+_SECONDS = 60.0
+"""How long git may print nothing. A fraction of a second is usual, and a slow network drive takes longer."""
 _CHUNK = 1 << 16
 _FILE, _LINK = ("100644", "100755", "100664"), "120000"
 _NOT_ON_WINDOWS = re.compile(r'[<>:"|?*\\]')
@@ -164,27 +180,16 @@ def _entries(repository: Repository, commit: str) -> Generator[bytes, None, None
     """
     command = _command("ls-tree", "-r", "-t", "-z", "-l", "--full-tree", commit)
     rest, listed = b"", 0
-    with (
-        TemporaryFile() as errors,
-        _started(repository, command, stderr=errors) as process,
-    ):
-        assert process.stdout is not None  # it is a pipe
-        try:
-            while chunk := process.stdout.read(_CHUNK):
-                listed += len(chunk)
-                *entries, rest = (rest + chunk).split(b"\0")
-                yield from entries
-                if len(rest) > 2 * _LONGEST:  # also without its end, which may be far
-                    raise _too_long()
-                if listed > _MOST_LISTED:
-                    raise _too_large(f"a list of files of more than {_MOST_LISTED / 1e6:.0f} MB")
-        except BaseException:
-            process.kill()
-            raise
-        if process.wait():
-            errors.seek(0)
-            reason = _reason(errors.read(_CHUNK)) or f"it ended with status {process.returncode}"
-            raise KbotError(f"git cannot read the revision: {reason}")
+    with _Stream(repository, command) as git:
+        while chunk := git.read(_CHUNK):
+            listed += len(chunk)
+            *entries, rest = (rest + chunk).split(b"\0")
+            yield from entries
+            if len(rest) > 2 * _LONGEST:  # also without its end, which may be far
+                raise _too_long()
+            if listed > _MOST_LISTED:
+                raise _too_large(f"a list of files of more than {_MOST_LISTED / 1e6:.0f} MB")
+        git.require_success()
 
 
 def _too_long() -> KbotError:
@@ -201,37 +206,31 @@ def _write(
     with TemporaryFile() as names:
         names.write("".join(f"{blob}\n" for _, blob in (*files, *links)).encode())
         names.seek(0)
-        process = _started(repository, _command("cat-file", "--batch"), stdin=names)
-        with process:
-            assert process.stdout is not None  # it is a pipe
-            try:
-                size = 0
-                for path, _ in files:
-                    data = _without_pointer(repository, _blob(process.stdout, path))
-                    size += len(data)
-                    if size > _MOST_ALL:  # many pointers may refer to one large file
-                        raise _too_large(_OVER_ALL)
-                    target = Path(folder, path)
-                    target.parent.mkdir(parents=True, exist_ok=True)
-                    target.write_bytes(data)
-                # links come last, so that no file is written through one
-                made = [
-                    _link(Path(folder), path, os.fsdecode(_blob(process.stdout, path))) for path, _ in links
-                ]
-                _remove_outward(Path(folder), filter(None, made))
-            finally:
-                process.kill()
+        with _Stream(repository, _command("cat-file", "--batch"), names) as git:
+            size = 0
+            for path, _ in files:
+                data = _without_pointer(repository, _blob(git, path))
+                size += len(data)
+                if size > _MOST_ALL:  # many pointers may refer to one large file
+                    raise _too_large(_OVER_ALL)
+                target = Path(folder, path)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(data)
+            # links come last, so that no file is written through one
+            made = [_link(Path(folder), path, os.fsdecode(_blob(git, path))) for path, _ in links]
+            _remove_outward(Path(folder), filter(None, made))
 
 
-def _blob(stream: IO[bytes], path: str) -> bytes:
+def _blob(git: _Stream, path: str) -> bytes:
     """The next object in the output of `git cat-file --batch`."""
-    words = stream.readline().split()
-    data = stream.read(int(words[2])) if len(words) == 3 else b""
+    words = git.readline().split()
+    data = git.read(int(words[2])) if len(words) == 3 else b""
     if len(words) != 3 or len(data) != int(words[2]):
+        git.require_limits()
         raise KbotError(
             f"git does not have the content of {path} in this revision: run git fetch, and then try again"
         )
-    stream.read(1)  # the line end after the object
+    git.read(1)  # the line end after the object
     return data
 
 
@@ -241,6 +240,8 @@ def _link(folder: Path, path: str, goal: str) -> Path | None:
     In a malicious tree, its folder may be a link that was just written.
     """
     place = folder / path
+    if "\0" in goal:  # no system has such a link
+        return None
     if Path(goal).is_absolute() or os.path.realpath(place.parent) != str(place.parent) or place.exists():
         return None
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -276,25 +277,97 @@ def _stays_inside(path: str) -> bool:
 
 def _git(folder: str, *arguments: str) -> CompletedProcess[bytes]:
     try:
-        return children.run(_command(*arguments), environment=_environment(), folder=folder)
+        done = children.run(
+            _command(*arguments),
+            environment=_environment(),
+            folder=folder,
+            seconds=_SECONDS,
+            memory=_MEMORY,
+        )
     except FileNotFoundError:
         raise KbotError("git is not installed: install it, or compare two files") from None
+    except TimeoutError:
+        raise _too_slow() from None
+    if done.returncode and _NO_MEMORY.search(_reason(done.stderr)):
+        raise _too_large(_OVER_MEMORY)
+    return done
 
 
-def _started(
-    repository: Repository,
-    command: Sequence[str],
-    stdin: IO[bytes] | int = children.DEVNULL,
-    stderr: IO[bytes] | int = children.DEVNULL,
-) -> children.Child:
-    """git, whose output is read as a stream."""
-    return children.start(
-        command,
-        environment=_environment(),
-        folder=repository.top,
-        stdin=stdin,
-        stdout=children.PIPE,
-        stderr=stderr,
+class _Stream:
+    """A git whose output is read as a stream, until the end of a `with` block.
+
+    It is killed when nothing can be read for `_SECONDS`. The time of a reader between two reads counts too,
+    and is short.
+    """
+
+    def __init__(
+        self, repository: Repository, command: Sequence[str], stdin: IO[bytes] | int = children.DEVNULL
+    ) -> None:
+        self._errors = TemporaryFile()  # noqa: SIM115 - __exit__ closes it
+        self._process = children.start(
+            command,
+            environment=_environment(),
+            folder=repository.top,
+            stdin=stdin,
+            stdout=children.PIPE,
+            stderr=self._errors,
+            memory=_MEMORY,
+        )
+        self._is_slow = False
+        self._ended = threading.Event()
+        self._heard = time.monotonic()
+        threading.Thread(target=self._watch, daemon=True, name="kbot-git").start()
+
+    def __enter__(self) -> _Stream:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._ended.set()
+        self._process.end()
+        self._errors.close()
+
+    def read(self, size: int) -> bytes:
+        """Up to `size` bytes, fewer only at the end."""
+        assert self._process.stdout is not None  # it is a pipe
+        data = self._process.stdout.read(size)
+        self._heard = time.monotonic()
+        return data
+
+    def readline(self) -> bytes:
+        assert self._process.stdout is not None  # it is a pipe
+        return self._process.stdout.readline()
+
+    def require_success(self) -> None:
+        """After the last output. Raises KbotError: git has failed."""
+        status = self._process.wait()
+        self.require_limits()
+        if status:
+            reason = self._reason() or f"it ended with status {status}"
+            raise KbotError(f"git cannot read the revision: {reason}")
+
+    def require_limits(self) -> None:
+        """After the last output. Raises KbotError: git was ended by the limit of time or memory."""
+        if self._is_slow:
+            raise _too_slow()
+        if _NO_MEMORY.search(self._reason()):
+            raise _too_large(_OVER_MEMORY)
+
+    def _reason(self) -> str:
+        self._errors.seek(0)
+        return _reason(self._errors.read(_CHUNK))
+
+    def _watch(self) -> None:
+        while (left := self._heard + _SECONDS - time.monotonic()) > 0:
+            if self._ended.wait(left):
+                return
+        self._is_slow = True
+        self._process.kill_all()
+
+
+def _too_slow() -> KbotError:
+    return KbotError(
+        f"git has printed nothing for {_SECONDS:g} s. A file of the repository may be a pipe, or on a drive "
+        "that does not answer. Compare two files instead"
     )
 
 

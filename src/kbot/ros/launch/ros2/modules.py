@@ -90,13 +90,15 @@ class PythonFiles:
             return work()
         except KbotError:
             raise
+        except (KeyboardInterrupt, GeneratorExit):  # of the user and of Python, not of the file
+            raise
         except LaunchError as fault:
             where = (_places(fault) or [line_origin(source, 1)])[-1]
             found = Diagnostic(fault.code, Severity.ERROR, fault.message, where, fault.hint)
         except SyntaxError as error:
             at = line_origin(source, error.lineno or 1)
             found = Diagnostic("L081", Severity.ERROR, f"not valid Python: {error.msg}", at)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - the user's program can raise any error
+        except BaseException as error:  # noqa: BLE001 - the user's program can raise any error
             message, hint = _explained(error)
             where = (_places(error) or [line_origin(source, 1)])[-1]
             found = Diagnostic("L081", Severity.ERROR, message, where, hint)
