@@ -8,6 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable
 from importlib.metadata import version
 from tempfile import SpooledTemporaryFile
+from weakref import finalize
 
 from kbot.record.formats import INDEX_BYTES, Recordable
 from kbot.record.mcap_records import (
@@ -96,6 +97,7 @@ class McapWriter:
         """The time of each message in the chunk, and its offset there, by channel."""
         self._chunks = 0
         self._chunk_index = SpooledTemporaryFile(INDEX_BYTES)  # noqa: SIM115 - open until `close`
+        finalize(self, self._chunk_index.close)  # also if the recording is never finished
         self._metadata_index: list[MetadataIndex] = []
 
     def write(self, packet: Recordable) -> None:

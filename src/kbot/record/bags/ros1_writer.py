@@ -6,6 +6,7 @@ import json
 from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING, BinaryIO, cast
+from weakref import finalize
 
 from rosbags.rosbag1.reader import RecordType
 from rosbags.rosbag1.writer import Header, WriteChunk, Writer, serialize_uint32
@@ -35,6 +36,7 @@ class _Bag(Writer):
         super().open()
         # open until the bag is closed
         self._chunk_infos = cast(BinaryIO, SpooledTemporaryFile(INDEX_BYTES))  # noqa: SIM115
+        finalize(self, self._chunk_infos.close)  # also if the recording is never finished
         self._count = 0
 
     def write_chunk(self, chunk: WriteChunk) -> None:
