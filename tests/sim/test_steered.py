@@ -648,16 +648,22 @@ def test_skid_steer_drives_straight_and_turns_slower_than_its_wheels_indicate(ur
     assert 0.2 < turned / (sim.odometry.unwrapped_yaw - pose.yaw) < 0.98
 
 
-@pytest.mark.parametrize("source", ["0", "1"])
-def test_slip_is_the_cause_also_if_odometry_is_the_true_pose(urdf, source):
-    """True odometry does not show that the wheels turn as commanded, and that the base turns half as far."""
+def skid_steer(length, width):
+    """Four wheels at +-length and +-width, in m, and their joints as a drive plugin names them."""
     wheels = "".join(
-        wheel(f"{side}_{i}", "base_link", x, y) for i, x in enumerate((0.2, -0.2))
-        for side, y in (("left", 0.2), ("right", -0.2))
+        wheel(f"{side}_{i}", "base_link", x, y) for i, x in enumerate((length, -length))
+        for side, y in (("left", width), ("right", -width))
     )  # fmt: skip
     names = "".join(
         f"<{side}_joint>{side}_{i}_joint</{side}_joint>" for side in ("left", "right") for i in (0, 1)
     )
+    return wheels, names
+
+
+@pytest.mark.parametrize("source", ["0", "1"])
+def test_slip_is_the_cause_also_if_odometry_is_the_true_pose(urdf, source):
+    """True odometry does not show that the wheels turn as commanded, and that the base turns half as far."""
+    wheels, names = skid_steer(0.2, 0.2)
     settings = f"{names}<num_wheel_pairs>2</num_wheel_pairs><odometry_source>{source}</odometry_source>"
     plugin = f'<plugin filename="libgazebo_ros_diff_drive.so" name="diff">{settings}</plugin>'
     sim = Simulation(urdf(body(wheels, f"<gazebo>{plugin}</gazebo>", x=0.0)))
@@ -671,13 +677,7 @@ def test_slip_is_the_cause_also_if_odometry_is_the_true_pose(urdf, source):
 def test_a_wheel_separation_that_assumes_too_much_slip_is_the_cause(urdf, separation):
     """The wheels, 0.5 m apart, turn for 0.8 / 0.5 or 1.2 / 0.5 of the command, and the robot turns less than
     they roll, but more than commanded. With 0.8 m the slip is most of the error, and with 1.2 m the size."""
-    wheels = "".join(
-        wheel(f"{side}_{i}", "base_link", x, y) for i, x in enumerate((0.1, -0.1))
-        for side, y in (("left", 0.25), ("right", -0.25))
-    )  # fmt: skip
-    names = "".join(
-        f"<{side}_joint>{side}_{i}_joint</{side}_joint>" for side in ("left", "right") for i in (0, 1)
-    )
+    wheels, names = skid_steer(0.1, 0.25)
     sizes = f"<wheel_separation>{separation}</wheel_separation><wheel_radius>0.1</wheel_radius>"
     plugin = f'<plugin filename="gz-sim-diff-drive-system" name="diff">{names}{sizes}</plugin>'
     sim = Simulation(urdf(body(wheels, f"<gazebo>{plugin}</gazebo>", x=0.0)))
